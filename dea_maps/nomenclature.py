@@ -1,0 +1,125 @@
+"""The names of everything that a data set holds: one table for attributes, charts and error messages.
+
+Fields are over the relaxed critical field ``Ec = sqrt(0.75 * 4**(-1/3) * mu_R/eps)``, times over the
+relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so all units are "1".
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """What a name stands for.
+
+    Attributes
+    ----------
+    label : str
+        A few words for the axis of a chart.
+    symbol : str
+        The symbol beside it, in Matplotlib's mathtext.
+    long_name : str
+        The words of the CF attribute, ASCII only.
+    units : str
+        The CF attribute, in UDUNITS.
+    """
+
+    label: str
+    symbol: str
+    long_name: str
+    units: str = "1"
+
+
+PARAMETERS: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "field": Quantity("field", r"$E/E_c$", "nominal electric field over the relaxed critical field"),
+        "rate": Quantity("ramp rate", r"$k\,\tau/E_c$", "ramp rate, in relaxed critical fields per relaxation time"),
+        "modulus_ratio": Quantity(
+            "modulus ratio", r"$\mu_U/\mu_R$", "unrelaxed shear modulus over relaxed shear modulus"
+        ),
+    }
+)
+"""What a sweep can vary, in the order of its dimensions."""
+
+VARIABLES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "outcome": Quantity("outcome", "", "outcome of loading"),
+        "time_to_failure": Quantity(
+            "time to failure", r"$t/\tau$", "time to electromechanical instability, in relaxation times"
+        ),
+        "critical_stretch": Quantity(
+            "critical stretch", r"$\lambda$", "equibiaxial stretch at electromechanical instability"
+        ),
+        "critical_internal_stretch": Quantity(
+            "critical internal stretch", r"$\xi$", "stretch of the dashpot at electromechanical instability"
+        ),
+        "critical_field": Quantity(
+            "critical field",
+            r"$E/E_c$",
+            "nominal electric field at electromechanical instability, over the relaxed critical field",
+        ),
+        "final_stretch": Quantity(
+            "final stretch",
+            r"$\lambda_\infty$",
+            "equibiaxial stretch after full relaxation, where the film survives",
+        ),
+    }
+)
+"""What a sweep finds, in the order of its variables."""
+
+TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "time": Quantity("time", r"$t/\tau$", "time since the loading began, in relaxation times"),
+        "stretch": Quantity("stretch", r"$\lambda$", "equibiaxial stretch"),
+        "internal_stretch": Quantity("internal stretch", r"$\xi$", "stretch of the dashpot"),
+        "applied_field": Quantity(
+            "applied field", r"$E/E_c$", "nominal electric field applied, over the relaxed critical field"
+        ),
+        "margin": Quantity(
+            "margin",
+            r"$1 - e/e_c(\xi)$",
+            "margin to electromechanical instability: one minus load over the largest load carried",
+        ),
+    }
+)
+"""What a trajectory adds to a sweep's parameters and variables."""
+
+NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({**PARAMETERS, **VARIABLES, **TRAJECTORY})
+"""All of them by name."""
+
+OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")
+"""Words for the values 0, 1, 2, ... of ``outcome``."""
+
+
+def cf_attributes(name: str) -> dict[str, str]:
+    """Return the CF attributes ``long_name`` and ``units`` of a parameter or variable.
+
+    Parameters
+    ----------
+    name : str
+        A key of `NOMENCLATURE`.
+
+    Examples
+    --------
+    >>> cf_attributes("field")
+    {'long_name': 'nominal electric field over the relaxed critical field', 'units': '1'}
+    """
+    quantity = NOMENCLATURE[name]
+    return {"long_name": quantity.long_name, "units": quantity.units}
+
+
+def axis_label(name: str) -> str:
+    r"""Return the words and the symbol for the axis of a chart.
+
+    Parameters
+    ----------
+    name : str
+        A key of `NOMENCLATURE`.
+
+    Examples
+    --------
+    >>> print(axis_label("modulus_ratio"))
+    modulus ratio $\mu_U/\mu_R$
+    """
+    quantity = NOMENCLATURE[name]
+    return f"{quantity.label} {quantity.symbol}".rstrip()

@@ -1,0 +1,181 @@
+"""The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
+
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from .catalogue import Choice
+from .kernels import build, lanes, model, programs
+from .kernels import sweep as kernel_rows
+from .programs import Program
+
+SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
+
+# Cells per call of a kernel: long enough to hide the call, short enough for progress, Ctrl-C and balance.
+CHUNK = 4096
+# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
+ATTEMPTS = 1_000_000
+
+_OUTCOMES = np.full(16, UNRESOLVED, np.int8)
+_OUTCOMES[lanes.SURVIVES] = SURVIVES
+_OUTCOMES[lanes.FAILED] = FAILS_LATER
+_OUTCOMES[lanes.FAILS_AT_ONCE] = FAILS_AT_ONCE
+
+
+class Solution(NamedTuple):
+    """Results of a sweep, each of the grid's shape; see the data set's variables for their meaning."""
+
+    outcome: NDArray[np.int8]
+    time_to_failure: NDArray[np.float64]
+    critical_stretch: NDArray[np.float64]
+    critical_internal_stretch: NDArray[np.float64]
+    critical_field: NDArray[np.float64]
+    final_stretch: NDArray[np.float64]
+
+
+def solve(
+    program: Program,
+    parameters: Mapping[str, NDArray[np.float64]],
+    choice: Choice,
+    *,
+    on_cells: Callable[[int], object] | None = None,
+) -> Solution:
+    """Compute every cell of a grid.
+
+    Parameters
+    ----------
+    program : Program
+        The loading program.
+    parameters : mapping of str to ndarray
+        Its parameters and ``modulus_ratio``, valid, all of one shape; zero-stride views are not copied.
+    choice : Choice
+        Method, formulation and accuracy.
+    on_cells : callable, optional
+        Called, in the calling thread, with the number of cells finished since its last call.
+
+    Returns
+    -------
+    Solution
+        Arrays of the shape of ``parameters``.
+    """
+    ratio = parameters["modulus_ratio"]
+    shape, cells = ratio.shape, ratio.size
+    result = np.empty((kernel_rows.RESULTS, cells))
+    outcome = np.empty(cells, np.int8)
+    kernel = build.sweep_for(program.name, choice.formulation, choice.method)
+    accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
+
+    def compute(start: int) -> int:
+        part = slice(start, min(start + CHUNK, cells))
+        columns = _columns(parameters, part)
+        status = np.empty(part.stop - start, np.int8)
+        kernel(*columns, *accuracy, status, result[:, part])
+        outcome[part] = _OUTCOMES[status]
+        return part.stop - start
+
+    _in_threads(compute, range(0, cells, CHUNK), on_cells)
+    columns = [row.reshape(shape) for row in result]
+    return Solution(outcome.reshape(shape), *columns)
+
+
+def trace(
+    program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64], rtol: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stretch and internal stretch at given times.
+
+    Parameters
+    ----------
+    program, parameters
+        As in `solve`.
+    times : (times,) ndarray
+        In relaxation times, ascending, not negative.
+    rtol : float
+        Relative error allowed in the stretches.
+
+    Returns
+    -------
+    stretch, internal_stretch : ndarray
+        Of the shape of ``parameters`` and one dimension more, along ``times``; NaN after failure.
+    """
+    ratio = parameters["modulus_ratio"]
+    cells = ratio.size
+    kernel = build.trajectory(program.name)
+    stretch, internal = np.empty((2, cells, times.size))
+
+    def compute(start: int) -> int:
+        part = slice(start, start + 1)
+        kernel(*_columns(parameters, part), times, rtol, ATTEMPTS, stretch[part], internal[part])
+        return 1
+
+    _in_threads(compute, range(cells), None)
+    shape = (*ratio.shape, times.size)
+    return stretch.reshape(shape), internal.reshape(shape)
+
+
+def applied_field(
+    program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """E/Ec of every cell at given times, of the shape of ``parameters`` and one dimension more."""
+    shape = parameters["modulus_ratio"].shape
+    none = np.zeros(())
+    columns = [parameters.get(name, none)[..., np.newaxis] for name in ("field", "rate")]
+    found: NDArray[np.float64] = np.vectorize(programs.field_at, otypes=[np.float64])(
+        program.name, *columns, times
+    )
+    return np.broadcast_to(found, (*shape, times.size))
+
+
+def margin(
+    field: NDArray[np.float64], internal_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """``1 - e/e_c(xi)``: zero at the instability, 1 without field; equations (23) and (25)."""
+    largest = model.largest_load(internal_stretch**2, modulus_ratio - 1.0)
+    return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
+
+
+def _columns(parameters: Mapping[str, NDArray[np.float64]], part: slice) -> list[NDArray[np.float64]]:
+    """Return field, rate and modulus ratio of consecutive cells; zeros for what the program does not take."""
+    names = ("field", "rate", "modulus_ratio")
+    return [
+        parameters[name].flat[part] if name in parameters else np.zeros(part.stop - part.start)
+        for name in names
+    ]
+
+
+def _in_threads(
+    compute: Callable[[int], int], starts: range, on_cells: Callable[[int], object] | None
+) -> None:
+    """Call ``compute`` for every start on as many threads as Numba would use; an error or Ctrl-C stops them all."""
+    remaining = iter(starts)
+    finished = 0
+    stop = threading.Event()
+
+    def work() -> None:
+        nonlocal finished
+        for start in remaining:  # next() on a range is atomic: each start goes to one thread
+            if stop.is_set():
+                return
+            count = compute(start)
+            with lock:
+                finished += count
+
+    lock = threading.Lock()
+    reported = 0
+    threads = max(1, min(numba.config.NUMBA_NUM_THREADS, len(starts)))
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            pending = {pool.submit(work) for _ in range(threads)}
+            while pending:
+                done, pending = wait(pending, timeout=0.1, return_when=FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+                if on_cells is not None and finished > reported:
+                    on_cells(finished - reported)
+                    reported = finished
+        finally:
+            stop.set()

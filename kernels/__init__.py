@@ -1,0 +1,1 @@
+"""Compiled numerics: arrays of floats in, arrays of floats out."""

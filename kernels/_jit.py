@@ -1,0 +1,51 @@
+"""The only place with Numba options, each with its reason, and the fingerprint of the kernel sources."""
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.extending import register_jitable
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# Reassociation-free subset of LLVM's fast-math. No signed zeros and contraction into fused multiply-adds cost no
+# accuracy. "nnan" and "ninf" are left out, they break isnan and isinf; "reassoc" and "arcp" are left out, the
+# compensated products in model.py need the operations in the order in which they are written.
+FASTMATH = {"nsz", "contract"}
+
+
+def _fingerprint() -> str:
+    """Hash of every kernel source file, so that no cached machine code outlives the source it came from."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.name.encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+FINGERPRINT = _fingerprint()
+
+
+def device(function: F) -> F:
+    """Mark a plain function as callable from compiled code, always inlined into its caller.
+
+    The function stays plain Python: only the outermost sweep is compiled and cached, because a dispatcher in a
+    closure would keep the on-disk cache from ever being hit.
+    """
+    # forceinline: loops over lanes vectorise only when no call is left in them.
+    # error_model="numpy": a division by zero gives inf instead of raising; the check would be a branch in every loop.
+    marked: F = register_jitable(forceinline=True, error_model="numpy", fastmath=FASTMATH)(function)
+    return marked
+
+
+def compiled(function: F) -> F:
+    """Compile an outermost kernel on first call; cached on disk where a folder for it can be written."""
+    # nogil: Python threads run parts of a sweep side by side, without Numba's threading layers and their limits
+    # (one caller at a time, no fork), and the interpreter sees Ctrl-C between parts.
+    options = {"nogil": True, "error_model": "numpy", "fastmath": FASTMATH}
+    try:
+        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
+    except RuntimeError:  # neither beside the source nor in the user's cache folder can a file be written
+        return numba.njit(**options)(function)  # type: ignore[no-any-return]

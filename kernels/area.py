@@ -1,0 +1,122 @@
+"""The ramp as one scalar equation that is regular from the unloaded film to the instability and beyond.
+
+Independent variable ``v = sqrt(lambda**2 - 1)``, the square root of the area strain; state ``y = 1 - z`` with
+``z = (xi/lambda)**2``. Under ``E = k T`` time is no state, ``k T = sqrt(e/e_C)`` follows from the load
+
+    e = u - u**4 + p u**2 h,    u = 1/(1 + v**2),    h = 1/z - z**2,
+
+and with ``e' = de/dT = 2 k sqrt(e_C e)`` and ``H = 1/z**2 + 2 z`` equations (23) and (26) become
+
+    dy/dv = 2 v u (z e' + 2 h u**2 (1 - 4 u**3 + 2 p u h)) / (e' + 2 p u**3 H h),
+    D = 4 u**3 - 1 + p u (3 z**2 - h).
+
+The right-hand side has no singularity at D = 0, and the denominator none at all: both its terms are positive.
+h comes from y without cancellation, which a slow ramp needs, where y is of the order of k.
+"""
+
+import math
+
+from ._jit import device
+from .model import CRITICAL_LOAD, CRITICAL_U
+
+# Added to e' so that dy/dv has its limit, zero, at v = 0, where the quotient is 0/0.
+TINY = 1e-150
+# Relative step of the difference that gives df/dy.
+NUDGE = 1e-5
+
+
+@device
+def load_and_flow(v, y, p):
+    """(e, h, u) at a state."""
+    area = 1.0 + v * v
+    z = 1.0 - y
+    u = 1.0 / area
+    h = y * (1.0 + z + z * z) / z
+    return u * u * (v * v * (1.0 + u + u * u) + p * h), h, u
+
+
+@device
+def slope(v, y, p, speed):
+    """dy/dv; ``speed`` is 2 k sqrt(e_C), so that e' = speed * sqrt(e).
+
+    Numerator and denominator multiplied by (1 + v**2)**5 z**3 leave one division and one square root.
+    """
+    strain = v * v
+    area = 1.0 + strain
+    square = area * area
+    cube = square * area
+    z = 1.0 - y
+    z2 = z * z
+    less = y * (1.0 + z + z2)  # 1 - z**3
+    bend = p * less * square
+    rate = speed * math.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY
+    rise = z * (z2 * rate * cube + 2.0 * less * (cube * z - 4.0 * z + 2.0 * bend))
+    return 2.0 * v * rise / (area * (rate * cube * z2 + 2.0 * bend * (1.0 + 2.0 * z2 * z)))
+
+
+@device
+def growth(v, y, f, p, speed):
+    """df/dy of dy/dv = f, by a forward difference; it carries an estimate, two digits are plenty."""
+    return (slope(v, y + NUDGE * y, p, speed) - f) / (NUDGE * y + 1e-300)
+
+
+@device
+def event(v, y, rate_of_y, p, speed):
+    """Everything that locating an event takes at a state.
+
+    Returns
+    -------
+    e, D, dD/dv, K : float
+        Load, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
+    """
+    load, h, u = load_and_flow(v, y, p)
+    z = 1.0 - y
+    u2 = u * u
+    H = 1.0 / (z * z) + 2.0 * z
+    bracket = 3.0 * z * z - h
+    stiffness = 4.0 * u2 * u - 1.0 + p * u * bracket
+    du = -2.0 * v * u2
+    change = (12.0 * u2 + p * bracket) * du - p * u * (6.0 * z + H) * rate_of_y
+    load_rate = speed * math.sqrt(load) + TINY
+    return load, stiffness, change, -du * load_rate / (load_rate + 2.0 * p * u2 * u * H * h)
+
+
+@device
+def forgotten(p, rate, damping):
+    """Where a ramp has the film forget, before its fold, all but exp(-damping) of an error: q = 4 u**3 - 1 there.
+
+    Errors relative to the slow manifold decay at the rate ``nu = 6 u q/(q + 3 p u)``, q = -de/du of the relaxed film,
+    until its largest load is reached at q = 0. With ``e <= e_C``
+
+        Phi = integral of nu dT >= q**3/(12 e_C k u (q + 3 p u)),
+
+    a bound that Newton's method makes equal to the damping asked for, coming down from above.
+
+    Returns
+    -------
+    float
+        u there; 1 where the whole ramp forgets less.
+    """
+    scale = 12.0 * CRITICAL_LOAD * rate * damping
+    cube = 3.0 * scale * p * CRITICAL_U
+    fourth = math.sqrt(math.sqrt(cube))
+    sixteenth = math.sqrt(math.sqrt(fourth))
+    # 1.2 cube**(21/64) is above the cube root, and close enough, where u is below 1.
+    above = math.sqrt(scale) + 1.2 * fourth * sixteenth * math.sqrt(math.sqrt(sixteenth))
+    u = min(CRITICAL_U + above / (12.0 * CRITICAL_U * CRITICAL_U), 1.0)
+    for _ in range(6):
+        square = u * u
+        q = 4.0 * square * u - 1.0
+        below = q + 3.0 * p * u
+        value = q * q * q - scale * u * below
+        rise = 36.0 * q * q * square - scale * (below + u * (12.0 * square + 3.0 * p))
+        u = min(u - value / rise, 1.0)
+    return u if scale * (3.0 + 3.0 * p) < 27.0 else 1.0
+
+
+@device
+def slow_share(u, rate):
+    """Share y on the slow manifold, to leading order in the rate."""
+    square = u * u
+    load_rate = 2.0 * rate * math.sqrt(CRITICAL_LOAD * u * (1.0 - square * u))
+    return load_rate / (6.0 * square * (4.0 * square * u - 1.0))

@@ -1,0 +1,50 @@
+"""(program, formulation, method) -> compiled sweep, composed from plain functions and memoised."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from . import lanes as block
+from . import quadrature, scenes
+from .area_explicit import make_explicit
+from .area_implicit import RADAU5
+from .control import fixed, make_pi
+from .formulations import FORMULATIONS
+from .integrate import make_solve
+from .programs import PROGRAMS
+from .sweep import LANES, make_sweep
+from .tableaus import TABLEAUS
+from .trace import make_trace
+
+AREA = "area"
+QUADRATURE = "quadrature"
+RADAU = "radau5"
+
+
+@cache
+def sweep_for(
+    program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES
+) -> Callable[..., Any]:
+    """Compiled sweep of a loading program by a method on a formulation; see `sweep.make_sweep`.
+
+    ``adaptive=False`` keeps the step length of a method that could choose its own (to observe its order).
+    """
+    chosen = PROGRAMS[program]
+    if method == QUADRATURE:  # on the formulation "stretch"
+        return make_sweep(chosen, scenes.solve_step, quadrature.ROWS, lanes)
+    if formulation == AREA:
+        stepper = RADAU5 if method == RADAU else make_explicit(TABLEAUS[method])
+        if program == "ramp":
+            return make_sweep(chosen, scenes.make_solve_ramp(stepper), stepper.rows, lanes)
+        return make_sweep(chosen, scenes.make_solve_ramp_hold(stepper), stepper.rows + quadrature.ROWS, lanes)
+    tableau = TABLEAUS[method]
+    control = make_pi(tableau) if adaptive and tableau.errors else fixed
+    solve = make_solve(chosen, FORMULATIONS[formulation], tableau, control)
+    return make_sweep(chosen, solve, block.rows(tableau.stages), lanes)
+
+
+@cache
+def trajectory(program: str) -> Callable[..., Any]:
+    """Compiled trajectories under a loading program; see `trace.make_trace`."""
+    tableau = TABLEAUS["dop853"]
+    return make_trace(PROGRAMS[program], tableau, make_pi(tableau))

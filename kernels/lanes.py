@@ -1,0 +1,55 @@
+"""The block of lanes: one local array per block, (rows, lanes), that holds everything about its cells.
+
+One array of known row numbers, rather than one array a quantity, lets the compiler see that nothing overlaps and
+turn the loops over lanes into vector instructions.
+"""
+
+from typing import NamedTuple
+
+# States: time and two more whose meaning is the formulation's.
+TIME = 0
+STATES = 3
+
+# Status of a lane.
+RUNNING = 0  # stepping freely
+LOCATING = 1  # a trial step crossed an event; its length is being adjusted
+AT_END = 2  # reached the end of the piece
+FAILED = 3  # reached the instability
+BUDGET_SPENT = 4
+STEP_COLLAPSED = 5
+NOT_FINITE = 6
+SURVIVES = 7
+FAILS_AT_ONCE = 8
+
+# Rows of the block.
+STATE = 0  # time and the formulation's two states
+NEW = STATE + STATES  # the same at the end of a trial step
+INPUT = NEW + STATES  # the same at a stage
+EXCESS = INPUT + STATES  # p = modulus ratio - 1
+BEGINNING = EXCESS + 1  # of the piece: time, field, slope of the field, time of its end
+FIELD = BEGINNING + 1
+SLOPE = FIELD + 1
+END = SLOPE + 1
+STEP = END + 1  # step length that the controller proposes
+TRIAL = STEP + 1  # step length of this attempt; zero in a lane that is done
+ERROR = TRIAL + 1  # estimated error of this attempt over what is allowed
+PREVIOUS_ERROR = ERROR + 1  # the same of the last accepted step
+EVENT = PREVIOUS_ERROR + 1  # event function at the end of this attempt
+LOW = EVENT + 1  # bracket of the step length that ends on the event, event function at its ends
+LOW_EVENT = LOW + 1
+HIGH = LOW_EVENT + 1
+HIGH_EVENT = HIGH + 1
+SLOPES = HIGH_EVENT + 1  # derivatives: STATES rows a stage, those at the new state last
+
+
+def rows(stages: int) -> int:
+    """Rows of a block for a method with this many stages."""
+    return SLOPES + STATES * (stages + 1)
+
+
+class Controls(NamedTuple):
+    """What a kernel is told besides its cells."""
+
+    tolerance: float
+    step: float
+    attempts: int

@@ -1,0 +1,107 @@
+"""A run of cells, block of lanes by block of lanes: classify, solve, write."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ._jit import FINGERPRINT, compiled, device
+from .lanes import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
+from .model import CRITICAL_U, instant_gap, relative_u
+from .programs import Program
+
+# Rows of the result of a sweep; the first four are what a solver fills in for the lanes of a block.
+TIME_TO_FAILURE = 0
+CRITICAL_STRETCH = 1
+CRITICAL_INTERNAL_STRETCH = 2
+CRITICAL_FIELD = 3
+FINAL_STRETCH = 4
+RESULTS = 5
+
+# Rows of what is given to a solver.
+FIELD = 0
+RATE = 1
+MODULUS_RATIO = 2
+GIVEN = 3
+
+# Four vectors of AVX2, two of AVX-512: enough to hide the latency of a division, few enough not to wait long for the
+# slowest lane.
+LANES = 16
+
+
+def make_classify(program: Program) -> Callable[..., Any]:
+    """Make ``classify(field, rate, modulus_ratio)``: the outcomes that need no integration, else RUNNING."""
+    peak = program.peak
+    begins_with_step = program.begins_with_step
+
+    @device
+    def classify(field, rate, modulus_ratio):
+        if begins_with_step and instant_gap(field, modulus_ratio) <= 0.0:
+            return FAILS_AT_ONCE
+        highest = peak(field, rate)
+        # A film with any relaxation left outlasts a field of exactly 1; an elastic one (m = 1) does not.
+        if highest < 1.0 or (highest == 1.0 and modulus_ratio > 1.0):
+            return SURVIVES
+        return RUNNING
+
+    return classify
+
+
+def make_sweep(
+    program: Program, solve: Callable[..., Any], block_rows: int, lanes: int = LANES
+) -> Callable[..., Any]:
+    """Make the compiled ``sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result)``.
+
+    ``field``, ``rate``, ``modulus_ratio`` are (cells,) arrays of float64; ``status`` (cells,) of int8 and ``result``
+    (RESULTS, cells) of float64 are filled in. Every cell depends on its own column alone.
+
+    ``solve(w, status, given, tolerance, step, attempts, found)`` takes the running lanes of a block to their end: ``w``
+    is its own workspace of ``block_rows`` rows, ``given`` (GIVEN, lanes) and ``found`` (RESULTS, lanes).
+    """
+    classify = make_classify(program)
+    peak = program.peak
+    fingerprint = FINGERPRINT
+
+    @device
+    def write(result, cell, status, given, found, i):
+        for row in range(RESULTS):
+            result[row, cell] = math.nan
+        if status == FAILS_AT_ONCE:
+            result[TIME_TO_FAILURE, cell] = 0.0
+            result[CRITICAL_STRETCH, cell] = 1.0 / math.sqrt(CRITICAL_U)
+            result[CRITICAL_INTERNAL_STRETCH, cell] = 1.0
+            result[CRITICAL_FIELD, cell] = math.sqrt(given[MODULUS_RATIO, i])
+        elif status == FAILED:
+            for row in range(FINAL_STRETCH):
+                result[row, cell] = found[row, i]
+        elif status == SURVIVES:
+            # Relaxed, lambda = xi: (23) is that of a film with mu_R alone, its margin 1 - field**2.
+            highest = peak(given[FIELD, i], given[RATE, i])
+            u = CRITICAL_U * (1.0 + relative_u((1.0 - highest) * (1.0 + highest)))
+            result[FINAL_STRETCH, cell] = 1.0 / math.sqrt(u)
+
+    def sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        source = fingerprint  # in the closure, hence in the key of the on-disk cache
+        cells = field.size
+        w = np.zeros((block_rows, lanes))
+        given = np.empty((GIVEN, lanes))
+        found = np.empty((RESULTS, lanes))
+        block_status = np.empty(lanes, np.int64)
+        for first in range(0, cells, lanes):
+            running = 0
+            for i in range(lanes):
+                cell = min(first + i, cells - 1)  # idle lanes of the last block repeat its last cell
+                given[FIELD, i] = field[cell]
+                given[RATE, i] = rate[cell]
+                given[MODULUS_RATIO, i] = modulus_ratio[cell]
+                block_status[i] = classify(field[cell], rate[cell], modulus_ratio[cell])
+                running += block_status[i] == RUNNING
+            if running > 0:
+                solve(w, block_status, given, tolerance, step, attempts, found)
+            for i in range(min(lanes, cells - first)):
+                status[first + i] = block_status[i]
+                write(result, first + i, block_status[i], given, found, i)
+        return len(source)
+
+    return compiled(sweep)

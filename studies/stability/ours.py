@@ -1,0 +1,124 @@
+"""Maps of the methods of dea_maps: status codes straight from the kernels."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from dea_maps.kernels import lanes
+from dea_maps.kernels.build import sweep_for
+from dea_maps.kernels.control import fixed
+from dea_maps.kernels.formulations import FORMULATIONS
+from dea_maps.kernels.integrate import make_solve
+from dea_maps.kernels.programs import PROGRAMS
+from dea_maps.kernels.sweep import make_sweep
+from dea_maps.kernels.tableaus import TABLEAUS
+from numpy.typing import NDArray
+from scenes import Cells, Scene
+from verdicts import (
+    BUDGET_SPENT,
+    EVENT_MISSED,
+    FIXED,
+    NOT_FINITE,
+    NOT_SERVED,
+    STEP_COLLAPSED,
+    TOLERANCES,
+    errors,
+    of_answers,
+)
+
+import dea_maps as dm
+
+# Attempted steps of a cell.
+BUDGET = 50_000
+STATUS = {
+    lanes.BUDGET_SPENT: BUDGET_SPENT,
+    lanes.STEP_COLLAPSED: STEP_COLLAPSED,
+    lanes.NOT_FINITE: NOT_FINITE,
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A method on a formulation."""
+
+    method: str
+    formulation: str
+    programs: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """Title of its maps."""
+        return f"{self.method} on {self.formulation}"
+
+
+def adaptive_cases() -> list[Case]:
+    """Return every method that finds its own steps or nodes, on every formulation."""
+    entries = [entry for entry in dm.methods() if not entry.kind.endswith("fixed step")]
+    cases = [Case(entry.name, form, programs) for entry in entries for form, programs in entry.serves.items()]
+    return sorted(cases, key=lambda case: ("rate", "fold").count(case.formulation))
+
+
+def fixed_cases() -> list[Case]:
+    """Return every explicit method on every formulation that can be stepped with a fixed length."""
+    entries = [entry for entry in dm.methods() if entry.name in TABLEAUS]
+    return [
+        Case(entry.name, form, entry.serves[form])
+        for form in ("rate", "fold")
+        for entry in entries
+        if form in entry.serves
+    ]
+
+
+def fixed_kernel(case: Case, program: str):
+    """Compiled sweep with a fixed step, whatever error a method would estimate."""
+    tableau = replace(TABLEAUS[case.method], errors=(), error_order=0)
+    solve = make_solve(PROGRAMS[program], FORMULATIONS[case.formulation], tableau, fixed)
+    return make_sweep(PROGRAMS[program], solve, lanes.rows(tableau.stages))
+
+
+def run(kernel, cells: Cells, tolerance: float, step: float, budget: int) -> tuple[NDArray, NDArray]:
+    """Return status and (time, stretch, field) of cells."""
+    count = cells.field.size
+    status, result = np.empty(count, np.int8), np.empty((5, count))
+    kernel(cells.field, cells.rate, cells.modulus_ratio, tolerance, step, budget, status, result)
+    return status, result[[0, 1, 3]]
+
+
+def verdicts(status: NDArray, found: NDArray, cells: Cells, allowed: float) -> NDArray[np.int8]:
+    """Verdict on every cell from its status and results."""
+    verdict = np.array([STATUS.get(int(code), NOT_SERVED) for code in status], np.int8)
+    answered = status == lanes.FAILED
+    verdict[answered] = of_answers(found[:, answered], cells.truth[:, answered], np.array(allowed))
+    return verdict
+
+
+def adaptive_map(case: Case, scene: Scene, values: NDArray, tolerances: NDArray) -> tuple[NDArray, NDArray]:
+    """Return verdicts and errors, (tolerances, values) each."""
+    program = scene.program(case.programs)
+    shape = (tolerances.size, values.size)
+    if program is None:
+        return np.full(shape, NOT_SERVED, np.int8), np.full(shape, np.nan)
+    kernel = sweep_for(program, case.formulation, case.method)
+    cells = scene.cells(program, values)
+    rows = [run(kernel, cells, tolerance, 0.0, BUDGET) for tolerance in tolerances]
+    kinds = [
+        verdicts(status, found, cells, TOLERANCES * tolerance)
+        for (status, found), tolerance in zip(rows, tolerances, strict=True)
+    ]
+    return np.array(kinds), np.array([errors(found, cells.truth) for _, found in rows])
+
+
+def fixed_map(case: Case, scene: Scene, values: NDArray, steps: NDArray) -> tuple[NDArray, NDArray]:
+    """Return verdicts and errors, (steps, values) each."""
+    program = scene.program(case.programs)
+    kernel = fixed_kernel(case, program)
+    cells = scene.cells(program, values)
+    kinds, sizes = [], []
+    for step in steps:
+        status, found = run(kernel, cells, 0.0, step, BUDGET)
+        kind = verdicts(status, found, cells, FIXED)
+        if case.formulation == "rate":  # its steps are steps in time, so the time reached is known
+            beyond = BUDGET * step > 1.5 * cells.truth[0]
+            kind[(kind == BUDGET_SPENT) & beyond] = EVENT_MISSED
+        kinds.append(kind)
+        sizes.append(errors(found, cells.truth))
+    return np.array(kinds), np.array(sizes)

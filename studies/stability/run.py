@@ -1,0 +1,179 @@
+"""The atlas: where each method and formulation fails, and how.
+
+    python studies/stability/run.py [--quick] [--output FOLDER]
+
+writes fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints how often each verdict fell.
+"""
+
+import argparse
+import os
+import platform
+from collections.abc import Callable
+from pathlib import Path
+
+import charts
+import drift
+import limits
+import numba
+import numpy as np
+import ours
+import scipy
+import theirs
+import xarray as xr
+from dea_maps.kernels.tableaus import TABLEAUS
+from numpy.typing import NDArray
+from scenes import SCENES, Scene
+from verdicts import NOT_SERVED, WORDS
+
+import dea_maps as dm
+
+HERE = Path(__file__).resolve().parent
+Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]
+
+
+def main() -> None:
+    """Measure, draw, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="coarse maps of a few methods")
+    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    quick = options.quick
+
+    steps, tolerances = np.geomspace(1e-5, 10.0, 5 if quick else 30), np.geomspace(1e-12, 1e-3, 4 if quick else 28)
+    across, few, coarse = (6, 4, 3) if quick else (44, 23, 13)
+    theory = {scene.name: limits.lines(scene, scene.values(few), TABLEAUS, ours.BUDGET) for scene in SCENES}
+
+    cases = [case for case in ours.fixed_cases() if not quick or case.method == "rk4"]
+    fixed = atlas(cases, across, steps, lambda case: lambda *axes: ours.fixed_map(case, *axes))
+    save(fixed, "fixed_step", options.output)
+    charts.maps(fixed, fixed_limits(cases, theory), "step (tau, or s)", options.output / "fixed_step.png")
+
+    cases = [case for case in ours.adaptive_cases() if not quick or case.formulation in ("area", "stretch")]
+    adaptive = atlas(cases, across, tolerances, lambda case: lambda *axes: ours.adaptive_map(case, *axes))
+    save(adaptive, "adaptive", options.output)
+    charts.maps(adaptive, adaptive_limits(cases, theory), "tolerance", options.output / "adaptive.png")
+
+    methods = theirs.METHODS[:: 4 if quick else 1]
+    cases = [ours.Case(method, "rate", ("step", "ramp")) for method in methods]
+    tolerances = np.geomspace(1e-12, 1e-3, 2 if quick else 10)
+    foreign = atlas(cases, coarse, tolerances, lambda case: lambda *axes: theirs.map_of(case.method, *axes))
+    save(foreign, "scipy", options.output)
+    charts.maps(foreign, adaptive_limits(cases, theory), "rtol = atol", options.output / "scipy.png")
+
+    drifted = drift.measure(*(30.0, 30) if quick else (3e3, 200))
+    save(drifted, "drift", options.output)
+    charts.drifts(drifted, options.output / "drift.png")
+
+    for data in (fixed, adaptive, foreign):
+        print_shares(data)
+    print_drift(drifted)
+    print_machine()
+
+
+def atlas(
+    cases: list[ours.Case], across: int, accuracies: NDArray, measure: Callable[[ours.Case], Measure]
+) -> xr.Dataset:
+    """Return ``verdict`` and ``error`` (case, scene, accuracy, place) of all cases."""
+    places = np.array([scene.values(across) for scene in SCENES])
+    shape = (len(cases), len(SCENES), accuracies.size, across)
+    kinds, sizes = np.empty(shape, np.int8), np.empty(shape, np.float32)
+    programs = np.empty(shape[:2], object)
+    for i, case in enumerate(cases):
+        for j, scene in enumerate(SCENES):
+            kinds[i, j], sizes[i, j] = measure(case)(scene, places[j], accuracies)
+            programs[i, j] = scene.program(case.programs) or ""
+            print(f"{case.label}, {scene.label}: done", flush=True)
+    axes = ("case", "scene", "accuracy", "place")
+    flags = {"flag_values": np.arange(len(WORDS), dtype=np.int8), "flag_meanings": " ".join(WORDS)}
+    return xr.Dataset(
+        {
+            "verdict": (axes, kinds, {"long_name": "what happened; -1: method serves no such program", **flags}),
+            "error": (axes, sizes, {"long_name": "largest relative error of time, stretch and field", "units": "1"}),
+            "place_value": (("scene", "place"), places, {"long_name": "place along the axis of the scene"}),
+            "program": (("case", "scene"), programs, {"long_name": "loading program"}),
+        },
+        coords={
+            "case": [case.label for case in cases],
+            "scene": [scene.name for scene in SCENES],
+            "accuracy": ("accuracy", accuracies, {"long_name": "step or tolerance", "units": "1"}),
+        },
+    )
+
+
+def fixed_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
+    """Lines over the maps of fixed steps."""
+    lines = {}
+    for case in cases:
+        for scene, known in theory.items():
+            form = known.sel(formulation=case.formulation)
+            drawn = [("stable", known.value, form.stable.sel(solver=case.method)), ("spent", known.value, form.spent)]
+            if case.formulation == "rate":
+                drawn.append(("fold", known.value, known.fold))
+                drawn.append(("life", known.value, form.spent * ours.BUDGET))
+            lines[case.label, scene] = drawn
+    return lines
+
+
+def adaptive_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
+    """Lines over the maps of tolerances: where stability alone spends the budget, and the bottleneck's margin."""
+    lines = {}
+    explicit = {"dopri5": ("dopri5", 1), "dop853": ("dop853", 1), "RK45": ("dopri5", 6), "DOP853": ("dop853", 12)}
+    for case in cases:
+        if case.formulation in ("rate", "fold"):
+            lines[case.label, "field"] = [("margin", np.array([1e-12, 1.0]), np.array([2e-12, 2.0]))]
+            if case.method in explicit:
+                tableau, calls = explicit[case.method]
+                known = theory["rate"].sel(formulation=case.formulation, solver=tableau)
+                budget = theirs.BUDGET / calls if calls > 1 else ours.BUDGET
+                ratio = np.log(known.spent * ours.BUDGET / budget / known.stable).values
+                if ratio.min() < 0.0 < ratio.max():
+                    rate = np.exp(np.interp(0.0, -ratio, np.log(known.value)))
+                    lines[case.label, "rate"] = [("explicit", np.array([rate, rate]), np.array([1e-13, 1.0]))]
+    return lines
+
+
+def save(data: xr.Dataset, name: str, folder: Path) -> None:
+    """Write a compressed NetCDF file."""
+    encoding = {key: {"zlib": True, "complevel": 4} for key in data.data_vars if data[key].dtype.kind in "fi"}
+    data.attrs["title"] = f"Atlas of stability: {name}"
+    data.to_netcdf(folder / f"{name}.nc", encoding=encoding)
+
+
+def print_shares(data: xr.Dataset) -> None:
+    """Print the share of cells with each verdict, as a Markdown table."""
+    print("\n| method | axis |", " | ".join(word.replace("_", " ") for word in WORDS), "|")
+    print("|---|---|" + "---|" * len(WORDS))
+    for case in data.case.values:
+        for scene in data.scene.values:
+            kinds = data.verdict.sel(case=case, scene=scene).values
+            if (kinds != NOT_SERVED).any():
+                shares = [f"{(kinds == code).mean():.0%}" for code in range(len(WORDS))]
+                print(f"| {case} | {scene} |", " | ".join(shares), "|")
+
+
+def print_drift(data: xr.Dataset) -> None:
+    """Print the residual at the end and the error of the time of failure, as a Markdown table."""
+    print("\n| field | solver | formulation | largest residual | error of the time to failure |\n|---|---|---|---|---|")
+    for field in data.field.values:
+        for solver in data.solver.values:
+            for form in data.formulation.values:
+                part = data.sel(field=field, solver=solver, formulation=form)
+                error = float(part.failure / part.truth - 1.0)
+                print(f"| {field} | {solver} | {form} | {float(part.residual.max()):.1e} | {error:.1e} |")
+    print()
+
+
+def print_machine() -> None:
+    """Print the processor, the number of cores and the versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
+    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
+    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
+    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+
+
+if __name__ == "__main__":
+    main()

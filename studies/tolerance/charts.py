@@ -1,0 +1,102 @@
+"""Charts of delivered against requested relative error."""
+
+from io import BytesIO
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import measure
+import numpy as np
+import xarray as xr
+from matplotlib import pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from PIL import Image
+
+# Dark blue, orange, light blue: three steps of lightness, told apart in grey, and a marker each.
+STYLES = {"step": ("#08306b", "o"), "ramp": ("#d55e00", "s"), "ramp_hold": ("#7fb8dd", "^")}
+FLOOR = 1e-17
+
+
+def _diagonal(ax: Axes) -> None:
+    rtols = np.array([3e-3, 3e-13])
+    ax.fill_between(rtols, 0.01 * rtols, rtols, color="0.9", lw=0, label="two decades below rtol")
+    ax.plot(rtols, rtols, color="black", lw=1.0, label="rtol")
+    ax.set(xscale="log", yscale="log", xlim=rtols)
+    ax.grid(color="0.85", lw=0.4)
+    ax.set_axisbelow(True)
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write a PNG of few colours, a fraction of the size."""
+    page = BytesIO()
+    figure.savefig(page, dpi=110)
+    plt.close(figure)
+    Image.open(page).convert("RGB").quantize(160, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE).save(path)
+
+
+def by_method(data: xr.Dataset, path: Path) -> None:
+    """Draw worst and median delivered error of every method against what was asked for."""
+    labels = list(data.case.values)
+    columns = 3
+    rows = -(-len(labels) // columns)
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(9.0, 2.6 * rows + 0.9), sharex=True, sharey=True, squeeze=False, layout="constrained"
+    )
+    for ax in axes.flat[len(labels) :]:
+        ax.set_visible(False)
+    for ax, label in zip(axes.flat, labels, strict=False):
+        _diagonal(ax)
+        ax.set_ylim(FLOOR, 1e4)
+        silent = []
+        for program, (colour, marker) in STYLES.items():
+            chosen = (data.program.values == program) & (data.fails_later.values == 1)
+            part = data.sel(case=label).isel(point=chosen)
+            if not part.served.any():
+                continue
+            worst, median = measure.summary(part.delivered.values)
+            ax.plot(data.rtol, np.maximum(worst, FLOOR), color=colour, marker=marker, ms=4.5, lw=1.2)
+            ax.plot(
+                data.rtol, np.maximum(median, FLOOR), color=colour, marker=marker, mfc="white", ms=3.5, lw=0.9, ls="--"
+            )
+            if part.delivered.isnull().any():
+                silent.append(f"{program} {float(part.delivered.isnull().mean()):.0%}")
+        ax.set_title(f"{label}\n" + (f"no answer: {', '.join(silent)}" if silent else ""), fontsize=8)
+    for ax in axes[:, 0]:
+        ax.set_ylabel("delivered relative error")
+    for column in range(columns):
+        shown = [ax for ax in axes[:, column] if ax.get_visible()]
+        shown[-1].set_xlabel("requested rtol")
+        shown[-1].tick_params(labelbottom=True)
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    for program, (colour, marker) in STYLES.items():
+        handles.append(Line2D([], [], color=colour, marker=marker, ms=4.5, lw=1.2))
+        handles.append(Line2D([], [], color=colour, marker=marker, mfc="white", ms=3.5, lw=0.9, ls="--"))
+        names += [f"{program}, worst", f"{program}, median"]
+    figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    _save(figure, path)
+
+
+def by_regime(data: xr.Dataset, path: Path) -> None:
+    """Draw the share of the promised error that auto uses, worst in every regime."""
+    worst = measure.worst_by_regime(data)
+    names = list(worst.regime.values)
+    figure, ax = plt.subplots(figsize=(8.0, 0.24 * len(names) + 1.5), layout="constrained")
+    shares = np.log10(np.maximum(worst.ratio.values, 1e-8))
+    image = ax.pcolormesh(shares, cmap="cividis", vmin=-6, vmax=0, edgecolors="white", lw=0.5)
+    for row, column in np.ndindex(shares.shape):
+        share = shares[row, column]
+        text = "–" if np.isnan(share) else f"{share:.1f}"
+        colour = "white" if share < -3 else "black"
+        ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=7, color=colour)
+    labels = [f"{name} ({points})" for name, points in zip(names, worst["points"].values, strict=True)]
+    ax.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
+    ax.set_xticks(np.arange(shares.shape[1]) + 0.5, [f"{rtol:.0e}" for rtol in worst.rtol.values], fontsize=8)
+    ax.invert_yaxis()
+    ax.set_xlabel("requested rtol")
+    ax.set_ylabel("program: regime (points)")
+    ax.set_title("auto: log10(worst delivered error / rtol)", fontsize=10)
+    figure.colorbar(image, ax=ax, label="0: all of rtol used; -2: two decades wasted", extend="min")
+    _save(figure, path)

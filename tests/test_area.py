@@ -1,0 +1,299 @@
+"""The ramp in the area strain: right-hand side, event, start and landing, against the paper's (23) and (26)."""
+
+import math
+from functools import cache
+from types import SimpleNamespace
+
+import mpmath
+import numpy as np
+import pytest
+from dea_maps.kernels import area, area_lanes, quadrature, ramp, scenes, sweep
+from dea_maps.kernels.area_explicit import make_explicit
+from dea_maps.kernels.area_implicit import RADAU5
+from dea_maps.kernels.lanes import RUNNING
+from dea_maps.kernels.tableaus import TABLEAUS
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+mp = mpmath.MPContext()
+mp.dps = 50
+E_C = mp.mpf(3) / 4 * mp.mpf(4) ** (-mp.mpf(1) / 3)
+METHODS = {"dop853": make_explicit(TABLEAUS["dop853"]), "dopri5": make_explicit(TABLEAUS["dopri5"]), "radau5": RADAU5}
+
+def load(stretch, internal, p):
+    """(23)."""
+    return (1 + p / internal**2) / stretch**2 - (1 + p * internal**4) / stretch**8
+
+def flow(stretch, internal):
+    """(26): the rate of the internal stretch."""
+    return stretch**2 / internal**3 - internal**3 / stretch**4
+
+def load_slopes(stretch, internal, p):
+    """Derivatives of (23) with respect to the two stretches, term by term."""
+    by_stretch = -2 * (1 + p / internal**2) / stretch**3 + 8 * (1 + p * internal**4) / stretch**9
+    by_internal = -2 * p / internal**3 / stretch**2 - 4 * p * internal**3 / stretch**8
+    return by_stretch, by_internal
+
+
+def along_ramp(v, y, p, k):
+    """Everything at a state on a ramp of rate k, by implicit differentiation of (23) with (26).
+
+    The load is e_C (k T)**2, so e' = 2 k sqrt(e_C e). Rates of change with v are quotients of those with time, both
+    of them multiplied by de/dlambda, which vanishes at the instability.
+    """
+    v, y, p, k = map(mp.mpf, (v, y, p, k))
+    stretch = mp.sqrt(1 + v * v)
+    internal = stretch * mp.sqrt(1 - y)
+    e = load(stretch, internal, p)
+    by_stretch, by_internal = load_slopes(stretch, internal, p)
+    load_rate = 2 * k * mp.sqrt(E_C * e)
+    stretch_rate = load_rate - by_internal * flow(stretch, internal)  # times by_stretch
+    y_rate = (
+        2 * internal**2 / stretch**3 * stretch_rate - 2 * internal / stretch**2 * flow(stretch, internal) * by_stretch
+    )
+    v_rate = stretch / v * stretch_rate
+    # D = -de/du with u = lambda**-2
+    return SimpleNamespace(
+        e=e, D=by_stretch * stretch**3 / 2, dy_dv=y_rate / v_rate, de_dv=load_rate * by_stretch / v_rate
+    )
+
+
+def states(count):
+    """Random admissible states: load and stretch rising, xi between 1 and lambda; some hardly strained or relaxed."""
+    rng = np.random.default_rng(20110301)
+    p = 10.0 ** rng.uniform(-9, 3, count)
+    k = 10.0 ** rng.uniform(-6, 5, count)
+    v = 10.0 ** rng.uniform(-4, 0.6, count)
+    largest = v * v / (1.0 + v * v)  # xi = 1
+    y = largest * np.where(rng.random(count) < 0.5, rng.random(count), 10.0 ** rng.uniform(-9, 0, count))
+    p[:10] = 0.0
+    return zip(*(part.tolist() for part in (v, y, p, k)), strict=True)
+
+
+def speed_of(k):
+    return 2.0 * k * math.sqrt(float(E_C))
+
+
+def test_slope_is_that_of_the_paper():
+    for v, y, p, k in states(400):
+        expected = along_ramp(v, y, p, k).dy_dv
+        found = area.slope(v, y, p, speed_of(k))
+        # dy/dv changes sign: what cancels there is of the size of 2 v u z e' / (e' + ...) at most
+        size = max(abs(expected), 2 * v * y)
+        assert abs(found - expected) <= 1e-12 * size, (v, y, p, k)
+
+
+@pytest.mark.parametrize("k", [1e-6, 1.0, 1e5])
+@pytest.mark.parametrize("p", [0.0, 1e-12, 3.0, 999.0])
+def test_slope_of_the_unloaded_film(p, k):
+    assert area.slope(0.0, 0.0, p, speed_of(k)) == 0.0
+    # xi = 1 at first: y = 1 - lambda**-2, from v**2 on
+    v = 1e-9 * min(k, 1.0)
+    assert area.slope(v, v * v / (1 + v * v), p, speed_of(k)) == pytest.approx(2 * v, rel=1e-6)
+
+
+def test_growth_is_the_derivative_of_the_slope():
+    for v, y, p, k in states(100):
+        if y == 0.0:
+            continue
+        speed = speed_of(k)
+        f = area.slope(v, y, p, speed)
+        step = mp.mpf(y) / 10**20
+        expected = (along_ramp(v, y + step, p, k).dy_dv - along_ramp(v, y - step, p, k).dy_dv) / (2 * step)
+        size = max(abs(expected), abs(f / y))
+        assert abs(area.growth(v, y, f, p, speed) - expected) <= 1e-3 * size, (v, y, p, k)
+
+
+def test_event_is_that_of_the_paper():
+    for v, y, p, k in states(100):
+        here = along_ramp(v, y, p, k)
+        e, D, change, over_D = area.event(v, y, float(here.dy_dv), p, speed_of(k))
+        step = mp.mpf(v) / 10**20
+        ahead, behind = (along_ramp(v + s, y + s * here.dy_dv, p, k) for s in (step, -step))
+        numeric = (ahead.D - behind.D) / (2 * step)
+        terms = 1 + p * (1 + v * v)  # D is a difference of terms of this size
+        assert e == pytest.approx(float(here.e), rel=1e-13)
+        assert abs(D - here.D) <= 1e-14 * terms
+        assert abs(change - numeric) <= 1e-12 * (abs(numeric) + terms * v + p * abs(here.dy_dv))
+        assert over_D == pytest.approx(float(here.de_dv / here.D), rel=1e-11)
+        assert over_D > 0
+
+
+def test_load_and_flow_are_those_of_the_paper():
+    for v, y, p, _ in states(100):
+        stretch = mp.sqrt(1 + mp.mpf(v) ** 2)
+        internal = stretch * mp.sqrt(1 - mp.mpf(y))
+        e, h, u = area.load_and_flow(v, y, p)
+        assert u == pytest.approx(float(stretch**-2), rel=1e-15)
+        assert e == pytest.approx(float(load(stretch, internal, mp.mpf(p))), rel=1e-14)
+        # h is half the rate of xi**2
+        assert h == pytest.approx(float(internal * flow(stretch, internal)), rel=1e-14)
+
+
+def relaxation_rate(stretch, p):
+    """Rate at which a film near xi = lambda returns to it under a constant load: (26) linearised along (23)."""
+    by_stretch, by_internal = load_slopes(stretch, stretch, p)
+    h = mp.mpf(10) ** -20
+    flow_by_stretch = (flow(stretch + h, stretch) - flow(stretch - h, stretch)) / (2 * h)
+    flow_by_internal = (flow(stretch, stretch + h) - flow(stretch, stretch - h)) / (2 * h)
+    return -(flow_by_internal - flow_by_stretch * by_internal / by_stretch)
+
+
+def relaxations_left(v, p, k):
+    """Integral of that rate over the time from a relaxed state with area strain v**2 to the largest relaxed load."""
+    p, k = mp.mpf(p), mp.mpf(k)
+
+    def integrand(stretch):
+        e = load(stretch, stretch, mp.mpf(0))
+        by_stretch = -2 / stretch**3 + 8 / stretch**9
+        return relaxation_rate(stretch, p) * by_stretch / (2 * k * mp.sqrt(E_C * e))
+
+    return mp.quad(integrand, [mp.sqrt(1 + mp.mpf(v) ** 2), mp.mpf(2) ** (mp.mpf(1) / 3)], maxdegree=4)
+
+
+def solve(name, m, k, fields, rtol):
+    """Take a lane for every field up a ramp of rate k by a method; the workspace after it."""
+    method = METHODS[name]
+    lanes = len(fields)
+    w = np.zeros((method.rows + quadrature.ROWS, lanes))
+    given = np.empty((sweep.GIVEN, lanes))
+    given[sweep.FIELD], given[sweep.RATE], given[sweep.MODULUS_RATIO] = fields, k, m
+    status, found = np.full(lanes, RUNNING), np.empty((sweep.RESULTS, lanes))
+    with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
+        # as in compiled code, steps that are too long may give NaN, and idle lanes anything
+        for module in (area, ramp, quadrature, scenes):
+            patch.setattr(module, "math", SimpleNamespace(**{**vars(math), "sqrt": np.sqrt, "log": np.log}))
+        scenes.make_solve_ramp_hold(method)(w, status, given, rtol, 0.0, 1000, found)
+    return w
+
+
+@pytest.fixture
+def start(monkeypatch):
+    """Return the function that begins a climb, and stops there."""
+    monkeypatch.setattr(ramp, "ATTEMPTS", 0)
+    return lambda name, m, k, rtol: solve(name, m, k, [1e150], rtol)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-12])
+@pytest.mark.parametrize("m", [1.0, 1.01, 4.0, 1000.0])
+def test_a_slow_ramp_begins_where_its_start_is_forgotten(start, m, rtol):
+    late = 0
+    for k in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1):
+        w = start("dop853", m, k, rtol)
+        v, y = w[area_lanes.V, 0], w[area_lanes.Y, 0]
+        if v == 0.0:
+            assert y == 0.0
+            continue
+        late += 1
+        asked = w[area_lanes.DAMPING, 0]
+        assert asked >= -math.log(rtol)
+        left = relaxations_left(v, m - 1.0, k)
+        assert left >= asked
+        assert left <= 4 * asked  # or the start of the ramp would cost more the slower it is
+        # to leading order, y on the slow manifold keeps pace with v: D e' = ... gives y = e'/(6 u**2 D)
+        stretch = mp.sqrt(1 + mp.mpf(v) ** 2)
+        e = load(stretch, stretch, mp.mpf(0))
+        leading = 2 * k * mp.sqrt(E_C * e) / (6 / stretch**4 * (4 / stretch**6 - 1))
+        assert y == pytest.approx(float(leading), rel=1e-6)
+    assert late >= 2
+
+
+@pytest.mark.parametrize("m", [1.01, 4.0, 1000.0])
+def test_other_climbs_begin_with_the_unloaded_film(start, m):
+    for w in (
+        start("dop853", m, 1.0, 1e-6),
+        start("dop853", m, 1e5, 1e-12),
+        start("radau5", m, 1e-6, 1e-6),
+    ):
+        assert w[area_lanes.V, 0] == 0.0
+        assert w[area_lanes.Y, 0] == 0.0
+        assert w[area_lanes.STEP, 0] > 0.0
+
+
+def equilibrium(e, internal, p):
+    """Stretch under a load at an internal stretch, (23), on the branch before the instability."""
+    A, B = 1 + p / internal**2, 1 + p * internal**4
+    highest = (0.25 * A / B) ** (1 / 3)
+    u = brentq(lambda u: A * u - B * u**4 - e, highest, (A / B) ** (1 / 3), xtol=1e-15, rtol=1e-15)
+    for _ in range(2):
+        u -= (A * u - B * u**4 - e) / (A - 4 * B * u**3)
+    return u**-0.5
+
+
+@cache
+def reference_of(m, k):
+    return Ramp(m, k)
+
+
+class Ramp:
+    """A ramp integrated anew: (26) in time with (23) solved for the stretch, then over the stretch to the instability.
+
+    Attributes
+    ----------
+    field, stretch, internal : float
+        At the instability.
+    """
+
+    def __init__(self, m, k):
+        p, half, unit = m - 1.0, 0.9, float(E_C)
+
+        def in_time(time, internal):
+            return flow(equilibrium(unit * (k * time) ** 2, internal, p), internal)
+
+        def over_stretch(stretch, internal):
+            by_stretch, by_internal = load_slopes(stretch, internal, p)
+            rate = flow(stretch, internal)
+            return rate * by_stretch / (2 * k * math.sqrt(unit * load(stretch, internal, p)) - by_internal * rate)
+
+        def instability(stretch, internal):
+            return load_slopes(stretch, internal[0], p)[0]
+
+        instability.terminal = True
+        accuracy = {"method": "DOP853", "rtol": 3e-14, "atol": 1e-16}
+        internal = solve_ivp(lambda t, x: [in_time(t, x[0])], (0.0, half / k), [1.0], **accuracy).y[0, -1]
+        self.start = equilibrium(unit * half**2, internal, p)
+        found = solve_ivp(
+            lambda s, x: [over_stretch(s, x[0])],
+            (self.start, 40.0),
+            [internal],
+            events=instability,
+            dense_output=True,
+            **accuracy,
+        )
+        self.stretch, self.internal = found.t_events[0][0], found.y_events[0][0][0]
+        self.internal_of = lambda stretch: found.sol(stretch)[0]
+        self.field_of = lambda stretch: math.sqrt(load(stretch, self.internal_of(stretch), p) / unit)
+        self.field = self.field_of(self.stretch)
+
+    def internal_at(self, field):
+        """Internal stretch at a field before the failure."""
+        return self.internal_of(brentq(lambda s: self.field_of(s) - field, self.start, self.stretch, xtol=1e-14))
+
+
+def end_of_lane(w, i):
+    """Field and xi where a lane ended: its state is close to the end, the rest is a share of the slope there."""
+    share = 1.0 if w[area_lanes.STATUS, i] == area_lanes.AT_LOAD else 0.5
+    return math.sqrt(w[area_lanes.LOAD, i] / float(E_C)), math.sqrt(scenes._internal(w, i, share))
+
+
+@pytest.mark.parametrize(("m", "k"), [(1.01, 0.01), (4.0, 0.01), (4.0, 1.0), (4.0, 100.0), (100.0, 0.3)])
+@pytest.mark.parametrize(("name", "rtol"), [("dop853", 1e-11), ("dop853", 1e-5), ("dopri5", 1e-7), ("radau5", 1e-7)])
+def test_landing_on_a_load_beside_that_of_failure(name, rtol, m, k):
+    reference = reference_of(m, k)
+    gaps = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9]
+    fields = [reference.field * (1 + sign * 0.5 * gap) for sign in (-1, 1) for gap in gaps]  # gaps of the load
+    w = solve(name, m, k, [*fields, 1e150], rtol)
+    status = w[area_lanes.STATUS]
+    for i, field in enumerate(fields):
+        below, gap = field < reference.field, abs(field / reference.field - 1)
+        allowed = rtol * min(1.0, m - 1.0) + 1e-13
+        if gap > allowed:  # closer loads may be taken for either
+            assert status[i] == (area_lanes.AT_LOAD if below else area_lanes.AT_INSTABILITY), (field, gap)
+        reached, internal = end_of_lane(w, i)
+        assert reached == pytest.approx(min(field, reference.field), rel=allowed)
+        expected = reference.internal_at(field) if below else reference.internal
+        assert internal == pytest.approx(expected, rel=rtol + 1e-12)
+    reached, internal = end_of_lane(w, -1)
+    assert status[-1] == area_lanes.AT_INSTABILITY
+    assert reached == pytest.approx(reference.field, rel=rtol + 1e-13)
+    assert internal == pytest.approx(reference.internal, rel=rtol + 1e-12)
