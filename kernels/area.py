@@ -14,7 +14,8 @@ The right-hand side has no singularity at D = 0, and the denominator none at all
 h comes from y without cancellation, which a slow ramp needs, where y is of the order of k.
 """
 
-import math
+
+import numpy as np
 
 from ._jit import device
 from .model import CRITICAL_LOAD, CRITICAL_U
@@ -49,7 +50,7 @@ def slope(v, y, p, speed):
     z2 = z * z
     less = y * (1.0 + z + z2)  # 1 - z**3
     bend = p * less * square
-    rate = speed * math.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY
+    rate = speed * np.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY
     rise = z * (z2 * rate * cube + 2.0 * less * (cube * z - 4.0 * z + 2.0 * bend))
     return 2.0 * v * rise / (area * (rate * cube * z2 + 2.0 * bend * (1.0 + 2.0 * z2 * z)))
 
@@ -77,7 +78,7 @@ def event(v, y, rate_of_y, p, speed):
     stiffness = 4.0 * u2 * u - 1.0 + p * u * bracket
     du = -2.0 * v * u2
     change = (12.0 * u2 + p * bracket) * du - p * u * (6.0 * z + H) * rate_of_y
-    load_rate = speed * math.sqrt(load) + TINY
+    load_rate = speed * np.sqrt(load) + TINY
     return load, stiffness, change, -du * load_rate / (load_rate + 2.0 * p * u2 * u * H * h)
 
 
@@ -99,10 +100,10 @@ def forgotten(p, rate, damping):
     """
     scale = 12.0 * CRITICAL_LOAD * rate * damping
     cube = 3.0 * scale * p * CRITICAL_U
-    fourth = math.sqrt(math.sqrt(cube))
-    sixteenth = math.sqrt(math.sqrt(fourth))
+    fourth = np.sqrt(np.sqrt(cube))
+    sixteenth = np.sqrt(np.sqrt(fourth))
     # 1.2 cube**(21/64) is above the cube root, and close enough, where u is below 1.
-    above = math.sqrt(scale) + 1.2 * fourth * sixteenth * math.sqrt(math.sqrt(sixteenth))
+    above = np.sqrt(scale) + 1.2 * fourth * sixteenth * np.sqrt(np.sqrt(sixteenth))
     u = min(CRITICAL_U + above / (12.0 * CRITICAL_U * CRITICAL_U), 1.0)
     for _ in range(6):
         square = u * u
@@ -118,5 +119,5 @@ def forgotten(p, rate, damping):
 def slow_share(u, rate):
     """Share y on the slow manifold, to leading order in the rate."""
     square = u * u
-    load_rate = 2.0 * rate * math.sqrt(CRITICAL_LOAD * u * (1.0 - square * u))
+    load_rate = 2.0 * rate * np.sqrt(CRITICAL_LOAD * u * (1.0 - square * u))
     return load_rate / (6.0 * square * (4.0 * square * u - 1.0))

@@ -1,8 +1,9 @@
 """Explicit Runge-Kutta steps of the scalar form of `area.py` over a block of lanes."""
 
-import math
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 from ._jit import device
 from .area import slope
@@ -88,7 +89,7 @@ def _make_error(tableau: Tableau) -> Callable[..., Any]:
         # the two is zero wherever the first one changes sign, which a scalar equation makes happen.
         a = abs(size * fifth(w, i))
         b = abs(size * third(w, i))
-        return max(a * math.sqrt(a), b * b * math.sqrt(math.sqrt(b)))
+        return max(a * np.sqrt(a), b * b * np.sqrt(np.sqrt(b)))
 
     return extrapolated
 
@@ -99,7 +100,7 @@ def _make_root(order: int) -> Callable[..., Any]:
 
         @device
         def eighth_root(x):
-            return math.sqrt(math.sqrt(math.sqrt(x)))
+            return np.sqrt(np.sqrt(np.sqrt(x)))
 
         return eighth_root
     power = 1.0 / order

@@ -6,6 +6,8 @@ equations are three, and Newton's method with the Jacobian of every stage needs 
 
 import math
 
+import numpy as np
+
 from ._jit import device
 from .area import growth, slope
 from .area_lanes import GROWTH, NEW, SLOPES, SPEED, TRIAL, AreaMethod, P, V, Y
@@ -93,7 +95,7 @@ def _error(w, i, size):
 
 @device
 def _root(x):
-    return math.sqrt(math.sqrt(x))
+    return np.sqrt(np.sqrt(x))
 
 
 RADAU5 = AreaMethod(_attempt, _error, _root, False, 0.2, LAST, ESTIMATE + 1)

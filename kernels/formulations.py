@@ -3,9 +3,10 @@
 Each formulation has the three states of `lanes.py`: time T and two of its own, and an independent variable of its own.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ._jit import device
 from .lanes import BEGINNING, END, EXCESS, FIELD, SLOPE, STATE, TIME
@@ -68,7 +69,7 @@ def _equilibrium_u(field, r, p):
 def _rate_enter(w, i):
     field = applied_field(w, i, w[STATE + TIME, i])
     xi = w[STATE + THIRD, i]
-    w[STATE + SECOND, i] = 1.0 / math.sqrt(_equilibrium_u(field, xi * xi, w[EXCESS, i]))
+    w[STATE + SECOND, i] = 1.0 / np.sqrt(_equilibrium_u(field, xi * xi, w[EXCESS, i]))
 
 
 @device
@@ -90,7 +91,7 @@ def _rate_derivative(w, i, row, target):
 @device
 def _rate_distance(w, i, row):
     xi = w[row + THIRD, i]
-    return 1.0 / math.sqrt(critical_u(xi * xi, w[EXCESS, i])) - w[row + SECOND, i]
+    return 1.0 / np.sqrt(critical_u(xi * xi, w[EXCESS, i])) - w[row + SECOND, i]
 
 
 @device
@@ -136,7 +137,7 @@ def _fold_distance(w, i, row):
 def _fold_read(w, i):
     # r is stationary at the instability, where dr/ds = 2 h D: (25) on it is second order in what is left of D.
     r = w[STATE + THIRD, i]
-    return 1.0 / math.sqrt(critical_u(r, w[EXCESS, i])), math.sqrt(r)
+    return 1.0 / np.sqrt(critical_u(r, w[EXCESS, i])), np.sqrt(r)
 
 
 FOLD = Formulation("fold", 0.02, _fold_enter, _fold_derivative, _fold_distance, _fold_read)

@@ -8,7 +8,8 @@ Throughout, ``u = lambda**-2`` (lambda the stretch), ``r = xi**2`` (xi the inter
     dr/dT = 2 h,  h = 1/z - z**2,  z = u r        flow, their (26), time T in relaxation times
 """
 
-import math
+
+import numpy as np
 
 from ._jit import device
 
@@ -76,7 +77,7 @@ def relative_u(margin):
     float
         y = x - 1, accurate relative to itself down to g = 0.
     """
-    s = math.sqrt(margin)
+    s = np.sqrt(margin)
     y = s * (0.7071067811865476 + s * (-0.16666666666666666 + s * 0.047))
     for _ in range(3):  # y**2 (6 + 4 y + y**2) = 3 g in the regular unknown y**2/g: Newton, quadratic from 1e-3
         slope = y * (12.0 + y * (12.0 + 4.0 * y))
@@ -97,6 +98,8 @@ def square_error(a, square):
 @device
 def instant_gap(field, modulus_ratio):
     """``modulus_ratio - field**2`` without cancellation: positive where the film survives a sudden field."""
-    square = field * field
-    gap = (modulus_ratio - square) - square_error(field, square)
-    return gap if field <= 1e150 else -math.inf  # beyond, the square overflows; the sign is all that is left
+    scale = 2.0**-530 if field > 1e150 else 1.0  # a power of two, exact, where the square would overflow
+    scaled = field * scale
+    square = scaled * scaled
+    gap = (modulus_ratio * scale * scale - square) - square_error(scaled, square)
+    return gap / (scale * scale)

@@ -8,6 +8,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from ._jit import device
 from .area import event, forgotten, growth, load_and_flow, slope, slow_share
 from .area_lanes import (
@@ -69,12 +71,12 @@ def start_lane(w, i, rate, field, p, rtol, share, damping):
     """
     w[P, i] = p
     w[RATE, i] = rate
-    w[SPEED, i] = 2.0 * rate * math.sqrt(CRITICAL_LOAD)
+    w[SPEED, i] = 2.0 * rate * np.sqrt(CRITICAL_LOAD)
     w[TARGET, i] = CRITICAL_LOAD * field * field
     # An error of xi**2 at the corner delays the failure by about half of it, in a life that is longer than the ramp;
     # below a few units of rounding there is nothing to gain.
     w[SCALE, i] = 0.5 * field / rate + 3e-15 / rtol
-    w[TOLERANCE, i] = share * rtol / (math.sqrt(1.0 + p) * math.sqrt(math.sqrt(1.0 + p)))
+    w[TOLERANCE, i] = share * rtol / (np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)))
     w[DAMPING, i] = damping
     _begin(w, i)
 
@@ -82,7 +84,7 @@ def start_lane(w, i, rate, field, p, rtol, share, damping):
 @device
 def damping_for(rtol):
     """Damping of what is wrong with the start of a slow ramp, for it not to show in the results."""
-    return 2.0 - math.log(rtol)
+    return 2.0 - np.log(rtol)
 
 
 @device
@@ -92,7 +94,7 @@ def _begin(w, i):
     # counts where the film stops forgetting.
     u = forgotten(p, rate, w[DAMPING, i])
     y = slow_share(min(u, 0.97), rate)
-    v = math.sqrt(1.0 / u - 1.0)
+    v = np.sqrt(1.0 / u - 1.0)
     load, _, _ = load_and_flow(v, y, p)
     late = (u < 0.97) & (load < w[TARGET, i])  # slow, and the climb does not end before that
     v = v if late else 0.0
@@ -106,7 +108,7 @@ def _begin(w, i):
     w[GROWTH, i] = growth(v, y, f, p, w[SPEED, i])
     # On the slow manifold, close to what an explicit method can stand; near v = 0, where y follows v**2 at first,
     # what its reference lets pass.
-    w[STEP, i] = 2.0 / abs(w[GROWTH, i]) if late else min(0.1, 0.3 * math.sqrt(w[REFERENCE, i]))
+    w[STEP, i] = 2.0 / abs(w[GROWTH, i]) if late else min(0.1, 0.3 * np.sqrt(w[REFERENCE, i]))
     w[GLOBAL, i] = 0.0
     w[PREVIOUS, i] = 1.0
 
@@ -152,7 +154,7 @@ def _aim_between(w, i, last):
     if e0 + 0.5 * K0 * D0 * fold > target:
         w[STATUS, i] = TO_LOAD
         highest = e0 + 0.5 * K0 * D0 * fold
-        w[STEP, i] = fold * (1.0 - math.sqrt((highest - target) / (highest - e0)))
+        w[STEP, i] = fold * (1.0 - np.sqrt((highest - target) / (highest - e0)))
 
 
 @device
@@ -172,7 +174,7 @@ def _land(w, i, rtol):
                 w[STATUS, i] = AT_INSTABILITY
             else:
                 w[STATUS, i] = TO_LOAD
-                aim -= math.sqrt(-2.0 * (highest - target) / (K * change))
+                aim -= np.sqrt(-2.0 * (highest - target) / (K * change))
     else:
         # e(v + aim) = target, with de/dv = K D and its derivative, which is K dD/dv near the instability.
         gap = target - e
@@ -182,7 +184,7 @@ def _land(w, i, rtol):
             w[STATUS, i] = TO_INSTABILITY
             w[STEP, i] = -D / change
             return
-        aim = 2.0 * gap / (rise + math.sqrt(square))
+        aim = 2.0 * gap / (rise + np.sqrt(square))
         if aim * aim <= LEFT * rtol * min(1.0, w[SCALE, i]):
             w[LOAD, i] = target
             w[STATUS, i] = AT_LOAD
@@ -223,7 +225,7 @@ def make_climb(method: AreaMethod) -> Callable[..., Any]:
             missed = landing & (not good)  # climb on, or go back further, with shorter steps
 
             now = root(max(relative, 1e-12))
-            factor = SAFETY * math.sqrt(w[PREVIOUS, i]) / now
+            factor = SAFETY * np.sqrt(w[PREVIOUS, i]) / now
             factor = factor if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
             w[PREVIOUS, i] = now if good else 1.0
             factor = min(factor, LARGEST_FACTOR if good else SAFETY)

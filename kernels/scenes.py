@@ -34,8 +34,8 @@ def _read_hold(w, i, field, before, found):
         return BUDGET_SPENT
     found[TIME_TO_FAILURE, i] = time
     found[CRITICAL_STRETCH, i] = w[quadrature.CENTRE, i] + w[quadrature.HALF, i]
-    found[CRITICAL_STRETCH, i] /= math.sqrt(CRITICAL_U)
-    found[CRITICAL_INTERNAL_STRETCH, i] = math.sqrt(w[quadrature.INTERNAL, i])
+    found[CRITICAL_STRETCH, i] /= np.sqrt(CRITICAL_U)
+    found[CRITICAL_INTERNAL_STRETCH, i] = np.sqrt(w[quadrature.INTERNAL, i])
     found[CRITICAL_FIELD, i] = field
     return FAILED
 
@@ -70,12 +70,12 @@ def _read_ramp(w, i, rate, found):
     """Write what a lane found at the instability on a ramp; returns its status."""
     p = w[lane.P, i]
     r = _internal(w, i, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance that is left
-    field = math.sqrt(w[lane.LOAD, i] / CRITICAL_LOAD)
+    field = np.sqrt(w[lane.LOAD, i] / CRITICAL_LOAD)
     if not field / rate < math.inf:
         return BUDGET_SPENT
     found[TIME_TO_FAILURE, i] = field / rate
-    found[CRITICAL_STRETCH, i] = 1.0 / math.sqrt(critical_u(r, p))
-    found[CRITICAL_INTERNAL_STRETCH, i] = math.sqrt(r)
+    found[CRITICAL_STRETCH, i] = 1.0 / np.sqrt(critical_u(r, p))
+    found[CRITICAL_INTERNAL_STRETCH, i] = np.sqrt(r)
     found[CRITICAL_FIELD, i] = field
     return FAILED
 

@@ -1,8 +1,9 @@
 """One attempted Runge-Kutta step over a block of lanes: stages, new state, error estimate."""
 
-import math
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
 
 from ._jit import device
 from .lanes import ERROR, INPUT, NEW, SLOPES, STATE, STATES, TIME, TRIAL
@@ -103,7 +104,7 @@ def make_error(tableau: Tableau) -> Callable[..., Any]:
             # Hairer's blend of the estimates of order 5 and 3: behaves as one of order 8
             a = fifth(w, i, state)
             b = third(w, i, state)
-            return a * a / math.sqrt(a * a + 0.01 * b * b + 1e-300)
+            return a * a / np.sqrt(a * a + 0.01 * b * b + 1e-300)
 
     @device
     def error(w, tolerance):

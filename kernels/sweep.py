@@ -69,9 +69,9 @@ def make_sweep(
             result[row, cell] = math.nan
         if status == FAILS_AT_ONCE:
             result[TIME_TO_FAILURE, cell] = 0.0
-            result[CRITICAL_STRETCH, cell] = 1.0 / math.sqrt(CRITICAL_U)
+            result[CRITICAL_STRETCH, cell] = 1.0 / np.sqrt(CRITICAL_U)
             result[CRITICAL_INTERNAL_STRETCH, cell] = 1.0
-            result[CRITICAL_FIELD, cell] = math.sqrt(given[MODULUS_RATIO, i])
+            result[CRITICAL_FIELD, cell] = np.sqrt(given[MODULUS_RATIO, i])
         elif status == FAILED:
             for row in range(FINAL_STRETCH):
                 result[row, cell] = found[row, i]
@@ -79,7 +79,7 @@ def make_sweep(
             # Relaxed, lambda = xi: (23) is that of a film with mu_R alone, its margin 1 - field**2.
             highest = peak(given[FIELD, i], given[RATE, i])
             u = CRITICAL_U * (1.0 + relative_u((1.0 - highest) * (1.0 + highest)))
-            result[FINAL_STRETCH, cell] = 1.0 / math.sqrt(u)
+            result[FINAL_STRETCH, cell] = 1.0 / np.sqrt(u)
 
     def sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
         source = fingerprint  # in the closure, hence in the key of the on-disk cache

@@ -63,8 +63,8 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
                 while sample < times.size and times[sample] <= piece_end and status[0] == AT_END:
                     go_to(w, status, times[sample], tolerance, attempts)
                     if status[0] == AT_END:
-                        stretch[cell, sample] = 1.0 / math.sqrt(w[STATE + SECOND, 0])
-                        internal[cell, sample] = math.sqrt(w[STATE + THIRD, 0])
+                        stretch[cell, sample] = 1.0 / np.sqrt(w[STATE + SECOND, 0])
+                        internal[cell, sample] = np.sqrt(w[STATE + THIRD, 0])
                         sample += 1
                 if status[0] == AT_END and piece_end < math.inf:
                     go_to(w, status, piece_end, tolerance, attempts)

@@ -7,6 +7,9 @@ import math
 
 import numpy as np
 import pytest
+from mpmath import mp, mpf
+
+import dea_maps as dm
 from dea_maps.kernels import build, lanes, sweep
 from dea_maps.kernels._jit import device
 from dea_maps.kernels.control import make_pi
@@ -14,9 +17,6 @@ from dea_maps.kernels.formulations import FORMULATIONS
 from dea_maps.kernels.integrate import make_solve
 from dea_maps.kernels.programs import PROGRAMS, RAMP, field_at
 from dea_maps.kernels.tableaus import TABLEAUS
-from mpmath import mp, mpf
-
-import dea_maps as dm
 
 # Plain Python warns where compiled code follows IEEE 754 without a word.
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")

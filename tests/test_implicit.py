@@ -3,20 +3,19 @@
 import importlib.util
 import math
 from pathlib import Path
-from types import SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
 import xarray as xr
-from dea_maps.kernels import area, ramp, scenes, sweep
-from dea_maps.kernels import area_implicit as radau
-from dea_maps.kernels import area_lanes as lane
-from dea_maps.kernels.area import growth, slope
-from dea_maps.kernels.lanes import FAILED, RUNNING
 from scipy.integrate import solve_ivp
 
 import dea_maps as dm
+from dea_maps.kernels import area_implicit as radau
+from dea_maps.kernels import area_lanes as lane
+from dea_maps.kernels import ramp, scenes, sweep
+from dea_maps.kernels.area import growth, slope
+from dea_maps.kernels.lanes import FAILED, RUNNING
 
 A = np.array(
     [
@@ -178,10 +177,7 @@ def attempts(m, k, rtol):
     w, given = np.zeros((method.rows, 1)), np.zeros((sweep.GIVEN, 1))
     given[sweep.RATE], given[sweep.MODULUS_RATIO] = k, m
     status, found = np.array([RUNNING]), np.empty((sweep.RESULTS, 1))
-    with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        # as in compiled code, steps that are too long may give NaN
-        for module in (area, ramp, scenes):
-            patch.setattr(module, "math", SimpleNamespace(**{**vars(math), "sqrt": np.sqrt, "log": np.log}))
+    with np.errstate(all="ignore"):  # steps that are too long may give NaN
         scenes.make_solve_ramp(method)(w, status, given, rtol, 0.0, 1000, found)
     assert status[0] == FAILED
     assert count < ramp.ATTEMPTS
@@ -189,9 +185,9 @@ def attempts(m, k, rtol):
 
 
 @pytest.mark.parametrize("m", [1.0, 4.0, 1000.0])
-def test_slow_ramps_cost_no_more_than_others(m):
-    counts = [attempts(m, k, 1e-6) for k in (1e-6, 1e-3, 1.0, 1e3)]
-    assert max(counts) < 300, counts
+def test_a_ramp_a_thousand_times_slower_costs_less_than_twice_as_much(m):
+    slow, slower = attempts(m, 1e-3, 1e-6), attempts(m, 1e-6, 1e-6)
+    assert slower < 2 * slow < 600
 
 
 def reference(program):

@@ -8,6 +8,7 @@ import mpmath
 import numba
 import numpy as np
 import pytest
+
 from dea_maps.kernels import build, quadrature, sweep
 from dea_maps.kernels.quadrature import LADDER
 
@@ -106,6 +107,12 @@ def poles(w):
     return 1 + mp.mpf(w[quadrature.REAL]), mp.sqrt(mp.mpf(w[quadrature.SQUARE]))
 
 
+def far_from_the_poles(w, point):
+    """Whether the interval is so short, seen from the poles, that they stay in the integrand."""
+    interval = (exact(*point).start - exact(*point).end) / U_STAR
+    return interval < 1e-2 * mp.sqrt(mp.mpf(w[quadrature.SQUARE]))
+
+
 def root_beside(guess, field):
     """Root of n = U**4 - 4 U + 3 field**2 that Newton's method finds from a guess, its imaginary part above 0."""
     U = mp.mpc(guess.real, abs(guess.imag))
@@ -127,7 +134,9 @@ def test_poles_are_roots(prepared):
 
 
 def test_line_goes_through_the_rest_of_the_integrand_at_the_poles(prepared):
-    for w, m, _ in lanes_of(prepared):
+    for (w, m, _), point in zip(lanes_of(prepared), POINTS, strict=True):
+        if far_from_the_poles(w, point):
+            continue
         q, c = poles(w)
         C = mp.mpc(q, c)
         # there h = 0 and z = 1; n = Q R, and R = n'/Q' where Q vanishes
@@ -141,6 +150,9 @@ def test_line_goes_through_the_rest_of_the_integrand_at_the_poles(prepared):
 def test_what_the_poles_contribute(prepared):
     on_rung(prepared, 0)
     for (w, m, field), point in zip(lanes_of(prepared), POINTS, strict=True):
+        if far_from_the_poles(w, point):
+            assert w[quadrature.EXACT] == 0.0
+            continue
         q, c = poles(w)
         ends = [exact(*point).end / U_STAR, exact(*point).start / U_STAR]
 
@@ -277,5 +289,5 @@ def test_cells_know_nothing_of_others(program, rtol):
     for cell in order[:5]:
         alone = run(program, [column[[cell]] for column in CELLS], rtol)
         assert np.array_equal(alone, whole[:, [cell]], equal_nan=True)
-    # blocks of another width are other machine code, whose rounding may differ, and nothing else
-    np.testing.assert_allclose(run(program, CELLS, rtol, lanes=4), whole, rtol=1e-3 * rtol + 1e-13)
+    for lanes in (1, 4):
+        assert np.array_equal(run(program, CELLS, rtol, lanes), whole, equal_nan=True)

@@ -7,9 +7,10 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from dea_maps.kernels.tableaus import DOP853, DOPRI5, RK4, TABLEAUS, Tableau
 from scipy.integrate import DOP853 as SCIPY_DOP853
 from scipy.integrate import RK45 as SCIPY_DOPRI5
+
+from dea_maps.kernels.tableaus import DOP853, DOPRI5, RK4, TABLEAUS, Tableau
 
 # A rooted tree is the sorted tuple of the trees that hang on its root; () is the single node.
 Tree = tuple

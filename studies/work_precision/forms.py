@@ -1,14 +1,13 @@
 """The problem as it is given to other solvers: the paper's rate form, and the best forms known for a general solver.
 
-``u = lambda**-2``, ``r = xi**2``, ``p = m - 1``, ``A = 1 + p/r``, ``B = 1 + p r**2``, load ``e = e_C Er**2``. Right-hand sides
-are plain arithmetic without calls of each other, so that every library can take them: floats, arrays, symbols.
+``u = lambda**-2``, ``r = xi**2``, ``p = m - 1``, ``A = 1 + p/r``, ``B = 1 + p r**2``, load ``e = e_C Er**2``.
+Right-hand sides are plain arithmetic without calls of each other, so that every library can take them: floats, arrays, symbols.
 """
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scenes import Cases
 
 CRITICAL_U = 4.0 ** (-1.0 / 3.0)
