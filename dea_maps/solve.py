@@ -1,5 +1,6 @@
 """The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
 
+import math
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
@@ -16,8 +17,10 @@ from .programs import Program
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
 
-# Cells per call of a kernel: long enough to hide the call, short enough for progress, Ctrl-C and balance.
+# Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
 CHUNK = 4096
+# What a kernel takes, in its order.
+NAMES = ("field", "rate", "modulus_ratio")
 # Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
 ATTEMPTS = 1_000_000
 
@@ -25,6 +28,9 @@ _OUTCOMES = np.full(16, UNRESOLVED, np.int8)
 _OUTCOMES[lanes.SURVIVES] = SURVIVES
 _OUTCOMES[lanes.FAILED] = FAILS_LATER
 _OUTCOMES[lanes.FAILS_AT_ONCE] = FAILS_AT_ONCE
+
+
+Index = tuple[int | np.integer | slice, ...]
 
 
 class Solution(NamedTuple):
@@ -70,15 +76,17 @@ def solve(
     kernel = build.sweep_for(program.name, choice.formulation, choice.method)
     accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
-    def compute(start: int) -> int:
-        part = slice(start, min(start + CHUNK, cells))
-        columns = _columns(parameters, part)
-        status = np.empty(part.stop - start, np.int8)
+    parts, part_of = _parts(shape)
+
+    def compute(number: int) -> int:
+        index, part = part_of(number)
+        columns = _columns(parameters, index)
+        status = np.empty(part.stop - part.start, np.int8)
         kernel(*columns, *accuracy, status, result[:, part])
         outcome[part] = _OUTCOMES[status]
-        return part.stop - start
+        return status.size
 
-    _in_threads(compute, range(0, cells, CHUNK), on_cells)
+    _in_threads(compute, range(parts), on_cells)
     columns = [row.reshape(shape) for row in result]
     return Solution(outcome.reshape(shape), *columns)
 
@@ -107,9 +115,9 @@ def trace(
     kernel = build.trajectory(program.name)
     stretch, internal = np.empty((2, cells, times.size))
 
-    def compute(start: int) -> int:
-        part = slice(start, start + 1)
-        kernel(*_columns(parameters, part), times, rtol, ATTEMPTS, stretch[part], internal[part])
+    def compute(cell: int) -> int:
+        columns = _columns(parameters, np.unravel_index(cell, ratio.shape))
+        kernel(*columns, times, rtol, ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
         return 1
 
     _in_threads(compute, range(cells), None)
@@ -138,13 +146,41 @@ def margin(
     return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
 
 
-def _columns(parameters: Mapping[str, NDArray[np.float64]], part: slice) -> list[NDArray[np.float64]]:
-    """Return field, rate and modulus ratio of consecutive cells; zeros for what the program does not take."""
-    names = ("field", "rate", "modulus_ratio")
-    return [
-        parameters[name].flat[part] if name in parameters else np.zeros(part.stop - part.start)
-        for name in names
-    ]
+def _parts(shape: tuple[int, ...]) -> tuple[int, Callable[[int], tuple[Index, slice]]]:
+    """Cut a grid into parts of consecutive cells: some of one dimension, all of those behind it.
+
+    Returns
+    -------
+    count : int
+        Number of parts.
+    part_of : callable
+        ``part_of(number)``: where the part is in the grid, and in the flat order of its cells.
+    """
+    axis, inner = len(shape), 1
+    while axis > 0 and shape[axis - 1] * inner <= CHUNK:
+        axis -= 1
+        inner *= shape[axis]
+    if axis == 0:
+        return 1, lambda number: ((), slice(0, inner))
+    length = shape[axis - 1]
+    longest = -(-length // -(-length * inner // CHUNK))
+    pieces = -(-length // longest)
+    outer = shape[: axis - 1]
+
+    def part_of(number: int) -> tuple[Index, slice]:
+        lead, piece = divmod(number, pieces)
+        rows = slice(piece * longest, min((piece + 1) * longest, length))
+        first = lead * length
+        return (*np.unravel_index(lead, outer), rows), slice((first + rows.start) * inner, (first + rows.stop) * inner)
+
+    return math.prod(outer) * pieces, part_of
+
+
+def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> list[NDArray[np.float64]]:
+    """Return field, rate and modulus ratio of the cells of a part; zeros for what the program does not take."""
+    columns = [np.atleast_1d(parameters[name][index]).flatten() if name in parameters else None for name in NAMES]
+    count = next(column.size for column in columns if column is not None)
+    return [np.zeros(count) if column is None else column for column in columns]
 
 
 def _in_threads(

@@ -31,8 +31,9 @@ def load_and_flow(v, y, p):
     """(e, h, u) at a state."""
     area = 1.0 + v * v
     z = 1.0 - y
-    u = 1.0 / area
-    h = y * (1.0 + z + z * z) / z
+    inverse = 1.0 / (area * z)
+    u = z * inverse
+    h = y * (1.0 + z + z * z) * (area * inverse)
     return u * u * (v * v * (1.0 + u + u * u) + p * h), h, u
 
 
@@ -50,9 +51,9 @@ def slope(v, y, p, speed):
     z2 = z * z
     less = y * (1.0 + z + z2)  # 1 - z**3
     bend = p * less * square
-    rate = speed * np.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY
-    rise = z * (z2 * rate * cube + 2.0 * less * (cube * z - 4.0 * z + 2.0 * bend))
-    return 2.0 * v * rise / (area * (rate * cube * z2 + 2.0 * bend * (1.0 + 2.0 * z2 * z)))
+    rate = (speed * np.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY) * cube * z2
+    rise = z * (rate + 2.0 * less * ((cube - 4.0) * z + 2.0 * bend))
+    return 2.0 * v * rise / (area * (rate + 2.0 * bend * (1.0 + 2.0 * z2 * z)))
 
 
 @device
@@ -91,7 +92,8 @@ def forgotten(p, rate, damping):
 
         Phi = integral of nu dT >= q**3/(12 e_C k u (q + 3 p u)),
 
-    a bound that Newton's method makes equal to the damping asked for, coming down from above.
+    a bound that Newton's method makes equal to the damping asked for, coming down from above: stopped early, it is on
+    the safe side.
 
     Returns
     -------
@@ -105,7 +107,7 @@ def forgotten(p, rate, damping):
     # 1.2 cube**(21/64) is above the cube root, and close enough, where u is below 1.
     above = np.sqrt(scale) + 1.2 * fourth * sixteenth * np.sqrt(np.sqrt(sixteenth))
     u = min(CRITICAL_U + above / (12.0 * CRITICAL_U * CRITICAL_U), 1.0)
-    for _ in range(6):
+    for _ in range(3):
         square = u * u
         q = 4.0 * square * u - 1.0
         below = q + 3.0 * p * u

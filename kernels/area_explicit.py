@@ -89,7 +89,8 @@ def _make_error(tableau: Tableau) -> Callable[..., Any]:
         # the two is zero wherever the first one changes sign, which a scalar equation makes happen.
         a = abs(size * fifth(w, i))
         b = abs(size * third(w, i))
-        return max(a * np.sqrt(a), b * b * np.sqrt(np.sqrt(b)))
+        root = np.sqrt(np.float32(max(a * a, b * b * b)))
+        return np.float64(root * np.sqrt(root))
 
     return extrapolated
 
@@ -103,7 +104,7 @@ def _make_root(order: int) -> Callable[..., Any]:
             return np.sqrt(np.sqrt(np.sqrt(x)))
 
         return eighth_root
-    power = 1.0 / order
+    power = np.float32(1.0 / order)
 
     @device
     def root(x):

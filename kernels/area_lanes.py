@@ -11,27 +11,37 @@ AT_INSTABILITY = 3.0
 AT_LOAD = 4.0
 SPENT = 5.0
 
-# Rows of the block.
+# Rows of the block: what changes on the way,
 STATUS = 0
 V = 1  # square root of the area strain
 Y = 2  # 1 - (xi/lambda)**2
-P = 3  # modulus ratio - 1
-SPEED = 4  # 2 k sqrt(e_C)
-TARGET = 5  # load at which to stop; inf for none
-STEP = 6  # step length proposed for a climbing lane, aim of a landing one
-TRIAL = 7  # step length of this attempt; zero in a lane that is done
-NEW = 8  # state after this attempt
-EVENT = 9  # whether this attempt met an event
-LOAD = 10  # load at the event
-TOLERANCE = 11  # relative error allowed in a step
-GROWTH = 12  # df/dy of dy/dv = f
-GLOBAL = 13  # estimated error of the state so far: those of the steps, carried on by the linearised equation
-RATE = 14  # k, for starting again
-DAMPING = 15  # of the start of a slow ramp
+STEP = 3  # step length proposed for a climbing lane, aim of a landing one
+TRIAL = 4  # step length of this attempt; zero in a lane that is done
+NEW = 5  # state after this attempt
+EVENT = 6  # what this attempt met
+LOAD = 7  # load at the event
+GROWTH = 8  # df/dy of dy/dv = f
+GLOBAL = 9  # estimated error of the state so far: those of the steps, carried on by the linearised equation
+PREVIOUS = 10  # root of the estimated error of the last accepted step over what was allowed
+COUNT = 11  # attempts so far
+# what a lane is given,
+P = 12  # modulus ratio - 1
+SPEED = 13  # 2 k sqrt(e_C)
+TARGET = 14  # load at which to stop; inf for none
+TIGHTNESS = 15  # one over the relative error allowed in a step
 SCALE = 16  # size of y against which its errors count, where y itself is larger
 REFERENCE = 17  # size of y against which its errors count, where y itself is smaller
-PREVIOUS = 18  # root of the estimated error of the last accepted step over what was allowed
-SLOPES = 19  # derivatives, one row a stage, the one at the new state last
+START_V = 18  # state to begin with, the slope and its growth there, the first step
+START_Y = 19
+START_SLOPE = 20
+START_GROWTH = 21
+START_STEP = 22
+# and the derivatives, one row a stage, the one at the new state last.
+SLOPES = 23
+
+# What is left of a lane when it is done: rows of the result of a climb.
+REACHED = (V, Y, SLOPES, STEP, LOAD)
+REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_LOAD = range(len(REACHED))
 
 
 class AreaMethod(NamedTuple):
@@ -45,7 +55,7 @@ class AreaMethod(NamedTuple):
     error : callable
         ``error(w, i, size)``: estimated error of the step over ``size``.
     root : callable
-        ``root(x)``: the root by which that error is turned into a factor for the step length.
+        ``root(x)``: the root by which that error, in single precision, is turned into a factor for the step length.
     late_start : bool
         Whether a slow ramp begins where the film has yet to forget the start: explicit methods cannot do without.
     share : float

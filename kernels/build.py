@@ -12,7 +12,7 @@ from .control import fixed, make_pi
 from .formulations import FORMULATIONS
 from .integrate import make_solve
 from .programs import PROGRAMS
-from .sweep import LANES, make_sweep
+from .sweep import LANES, in_blocks, make_sweep
 from .tableaus import TABLEAUS
 from .trace import make_trace
 
@@ -31,16 +31,15 @@ def sweep_for(
     """
     chosen = PROGRAMS[program]
     if method == QUADRATURE:  # on the formulation "stretch"
-        return make_sweep(chosen, scenes.solve_step, quadrature.ROWS, lanes)
+        return make_sweep(chosen, in_blocks(scenes.solve_step, quadrature.ROWS, lanes))
     if formulation == AREA:
         stepper = RADAU5 if method == RADAU else make_explicit(TABLEAUS[method])
-        if program == "ramp":
-            return make_sweep(chosen, scenes.make_solve_ramp(stepper), stepper.rows, lanes)
-        return make_sweep(chosen, scenes.make_solve_ramp_hold(stepper), stepper.rows + quadrature.ROWS, lanes)
+        make_solve_area = scenes.make_solve_ramp if program == "ramp" else scenes.make_solve_ramp_hold
+        return make_sweep(chosen, make_solve_area(stepper, lanes))
     tableau = TABLEAUS[method]
     control = make_pi(tableau) if adaptive and tableau.errors else fixed
     solve = make_solve(chosen, FORMULATIONS[formulation], tableau, control)
-    return make_sweep(chosen, solve, block.rows(tableau.stages), lanes)
+    return make_sweep(chosen, in_blocks(solve, block.rows(tableau.stages), lanes))
 
 
 @cache

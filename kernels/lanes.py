@@ -6,6 +6,8 @@ turn the loops over lanes into vector instructions.
 
 from typing import NamedTuple
 
+from ._jit import device
+
 # States: time and two more whose meaning is the formulation's.
 TIME = 0
 STATES = 3
@@ -53,3 +55,25 @@ class Controls(NamedTuple):
     tolerance: float
     step: float
     attempts: int
+
+
+@device
+def next_cells(status, first, wanted, cells):
+    """Numbers of the next cells with a wanted status, from ``first`` on, as many as ``cells`` takes.
+
+    Where there are fewer, the last one is repeated.
+
+    Returns
+    -------
+    count, next : int
+        How many there are, and where to go on.
+    """
+    count = 0
+    while first < status.size and count < cells.size:
+        if status[first] == wanted:
+            cells[count] = first
+            count += 1
+        first += 1
+    for i in range(count, cells.size):
+        cells[i] = cells[max(count - 1, 0)]
+    return count, first

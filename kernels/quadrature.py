@@ -119,9 +119,10 @@ def start_of_hold(f, p, r):
     A = 1.0 + c
     square = A * A
     gap = p * (a * (4.0 + c * (6.0 + c * (4.0 + c))) - G - sixth * r * r) / (square * square)
-    root = (1.0 - gap) ** (1.0 / 3.0)
+    critical = (A / (1.0 + p * r * r)) ** (1.0 / 3.0)
+    root = f * f / (A * critical)
     margin = gap / (1.0 + root + root * root)
-    return (A / (1.0 + p * r * r)) ** (1.0 / 3.0) * (1.0 + relative_u(max(margin, 0.0))) - 1.0
+    return critical * (1.0 + relative_u(max(margin, 0.0))) - 1.0
 
 
 @device
@@ -268,8 +269,7 @@ def first_rung(p, rtol):
 def integrate(w, rung, rtol):
     """Time of every lane, on the first rung from its own on at which the estimated error is at most ``rtol``.
 
-    ``rung`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved. A rung
-    below 0 marks a lane that has nothing to integrate.
+    ``rung`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved.
     """
     lanes = w.shape[1]
     _add_exact(w)
@@ -279,14 +279,14 @@ def integrate(w, rung, rtol):
         waiting = 0
         due = 0
         for i in range(lanes):
-            waiting += (rung[i] >= 0) & (rung[i] < DONE)
-            due += (rung[i] >= 0) & (rung[i] <= step)
+            waiting += rung[i] < DONE
+            due += rung[i] <= step
         if waiting == 0:
             return
         if due == 0:
             continue
         _integrate_nodes(w, OFFSETS[step], OFFSETS[step + 1])
         for i in range(lanes):
-            if 0 <= rung[i] <= step and w[ERROR, i] <= rtol:
+            if rung[i] <= step and w[ERROR, i] <= rtol:
                 w[FOUND, i] = w[TIME, i]
                 rung[i] = DONE

@@ -10,138 +10,127 @@ from . import area_lanes as lane
 from . import quadrature, ramp
 from ._jit import device
 from .area_lanes import AreaMethod
-from .lanes import BUDGET_SPENT, FAILED, RUNNING
-from .model import CRITICAL_LOAD, CRITICAL_U, critical_u
+from .lanes import AT_END, BUDGET_SPENT, FAILED, next_cells
+from .model import CRITICAL_LOAD, CRITICAL_U, upper_stiffness
 from .sweep import (
     CRITICAL_FIELD,
     CRITICAL_INTERNAL_STRETCH,
     CRITICAL_STRETCH,
     FIELD,
     MODULUS_RATIO,
-    RATE,
     TIME_TO_FAILURE,
 )
 
-NOTHING_TO_INTEGRATE = -1
-
 
 @device
-def _read_hold(w, i, field, before, found):
-    """Write what a lane found under a constant field that came on at a time; returns its status."""
+def _read_hold(w, i, field, before, cell, result):
+    """Write what a lane found for a cell under a constant field that came on at a time; returns its status."""
     rest = w[quadrature.FOUND, i]
-    time = before + (0.0 if rest < 0.0 else rest)  # rounding, a few ulp below instant failure
+    time = before + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
     if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
         return BUDGET_SPENT
-    found[TIME_TO_FAILURE, i] = time
-    found[CRITICAL_STRETCH, i] = w[quadrature.CENTRE, i] + w[quadrature.HALF, i]
-    found[CRITICAL_STRETCH, i] /= np.sqrt(CRITICAL_U)
-    found[CRITICAL_INTERNAL_STRETCH, i] = np.sqrt(w[quadrature.INTERNAL, i])
-    found[CRITICAL_FIELD, i] = field
+    result[TIME_TO_FAILURE, cell] = time
+    result[CRITICAL_STRETCH, cell] = (w[quadrature.CENTRE, i] + w[quadrature.HALF, i]) / np.sqrt(CRITICAL_U)
+    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
+    result[CRITICAL_FIELD, cell] = field
     return FAILED
 
 
 @device
 def solve_step(w, status, given, tolerance, step, attempts, found):
-    """Solver of `sweep.make_sweep` for a field applied at once and held."""
+    """Solver of `sweep.in_blocks` for a field applied at once and held."""
     lanes = w.shape[1]
     rung = np.empty(lanes, np.int64)
     for i in range(lanes):
         field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
         quadrature.prepare(w, i, field, p, quadrature.start_of_step(field, p))
-    for i in range(lanes):
-        first = quadrature.first_rung(given[MODULUS_RATIO, i] - 1.0, tolerance)
-        rung[i] = first if status[i] == RUNNING else NOTHING_TO_INTEGRATE
+        rung[i] = quadrature.first_rung(p, tolerance)
     quadrature.integrate(w, rung, tolerance)
     for i in range(lanes):
-        if status[i] == RUNNING:
-            status[i] = _read_hold(w, i, given[FIELD, i], 0.0, found)
+        status[i] = _read_hold(w, i, given[FIELD, i], 0.0, i, found)
 
 
 @device
-def _internal(w, i, share):
+def _internal(reached, cell, share):
     """Return r = xi**2 = (1 - y)(1 + v**2) at the event, from the state close to it and a share of dr/dv there."""
-    v, z = w[lane.V, i], 1.0 - w[lane.Y, i]
+    v, z = reached[lane.REACHED_V, cell], 1.0 - reached[lane.REACHED_Y, cell]
     area = 1.0 + v * v
-    return z * area + share * w[lane.STEP, i] * (2.0 * v * z - w[lane.SLOPES, i] * area)
+    change = 2.0 * v * z - reached[lane.REACHED_SLOPE, cell] * area
+    return z * area + share * reached[lane.REACHED_AIM, cell] * change
 
 
 @device
-def _read_ramp(w, i, rate, found):
-    """Write what a lane found at the instability on a ramp; returns its status."""
-    p = w[lane.P, i]
-    r = _internal(w, i, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance that is left
-    field = np.sqrt(w[lane.LOAD, i] / CRITICAL_LOAD)
+def _read_ramp(reached, cell, rate, p, result):
+    """Write what a cell found at the instability on a ramp; returns its status."""
+    r = _internal(reached, cell, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance left
+    load = reached[lane.REACHED_LOAD, cell]
+    field = np.sqrt(load / CRITICAL_LOAD)
     if not field / rate < math.inf:
         return BUDGET_SPENT
-    found[TIME_TO_FAILURE, i] = field / rate
-    found[CRITICAL_STRETCH, i] = 1.0 / np.sqrt(critical_u(r, p))
-    found[CRITICAL_INTERNAL_STRETCH, i] = np.sqrt(r)
-    found[CRITICAL_FIELD, i] = field
+    result[TIME_TO_FAILURE, cell] = field / rate
+    # There e = (3/4) A u: (23) at (25).
+    result[CRITICAL_STRETCH, cell] = np.sqrt(0.75 * upper_stiffness(r, p) / load)
+    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(r)
+    result[CRITICAL_FIELD, cell] = field
     return FAILED
 
 
-def make_solve_ramp(method: AreaMethod) -> Callable[..., Any]:
+@device
+def _without_end(field, modulus_ratio):
+    return math.inf
+
+
+@device
+def _up_to_hold(field, modulus_ratio):
+    # An elastic film never gets past the field at which it fails, so no hold ends its climb.
+    return field if modulus_ratio > 1.0 else math.inf
+
+
+def make_solve_ramp(method: AreaMethod, lanes: int) -> Callable[..., Any]:
     """Make the solver of `sweep.make_sweep` for a field that rises without end."""
-    climb = ramp.make_climb(method)
-    late_start = method.late_start
-    share = method.share
+    climb = ramp.make_climb(method, _without_end, lanes)
 
     @device
-    def solve_ramp(w, status, given, tolerance, step, attempts, found):
-        damping = ramp.damping_for(tolerance) if late_start else math.inf
-        for i in range(w.shape[1]):
-            ramp.start_lane(w, i, given[RATE, i], math.inf, given[MODULUS_RATIO, i] - 1.0, tolerance, share, damping)
-        climb(w, tolerance)
-        for i in range(w.shape[1]):
-            if w[lane.STATUS, i] == lane.AT_INSTABILITY:
-                status[i] = _read_ramp(w, i, given[RATE, i], found)
-            else:
-                status[i] = BUDGET_SPENT
+    def solve_ramp(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        reached = np.empty((len(lane.REACHED), status.size))
+        climb(field, rate, modulus_ratio, tolerance, status, reached)
+        for cell in range(status.size):
+            if status[cell] == FAILED:
+                status[cell] = _read_ramp(reached, cell, rate[cell], modulus_ratio[cell] - 1.0, result)
 
     return solve_ramp
 
 
-def make_solve_ramp_hold(method: AreaMethod) -> Callable[..., Any]:
-    """Make the solver of `sweep.make_sweep` for a field that rises, then holds.
-
-    Its workspace has the rows of the method first, those of the quadrature behind them.
-    """
-    climb = ramp.make_climb(method)
-    ramp_rows = method.rows
-    late_start = method.late_start
-    share = method.share
+def make_solve_ramp_hold(method: AreaMethod, lanes: int) -> Callable[..., Any]:
+    """Make the solver of `sweep.make_sweep` for a field that rises, then holds."""
+    climb = ramp.make_climb(method, _up_to_hold, lanes)
 
     @device
-    def solve_ramp_hold(w, status, given, tolerance, step, attempts, found):
-        lanes = w.shape[1]
-        damping = ramp.damping_for(tolerance) if late_start else math.inf
-        for i in range(lanes):
-            # An elastic film never gets past the field at which it fails, so no hold ends its climb.
-            field = given[FIELD, i] if given[MODULUS_RATIO, i] > 1.0 else math.inf
-            ramp.start_lane(w, i, given[RATE, i], field, given[MODULUS_RATIO, i] - 1.0, tolerance, share, damping)
-        for i in range(lanes):
-            if status[i] != RUNNING:
-                w[lane.STATUS, i] = lane.SPENT
-        climb(w, tolerance)
-        hold = w[ramp_rows:]
+    def solve_holds(field, rate, modulus_ratio, tolerance, status, reached, result):
+        w = np.empty((quadrature.ROWS, lanes))
+        cells = np.empty(lanes, np.int64)
         rung = np.empty(lanes, np.int64)
-        for i in range(lanes):
-            field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
-            quadrature.prepare(hold, i, field, p, quadrature.start_of_hold(field, p, _internal(w, i, 1.0)))
-        for i in range(lanes):
-            holds = status[i] == RUNNING and w[lane.STATUS, i] == lane.AT_LOAD
-            first = quadrature.first_rung(given[MODULUS_RATIO, i] - 1.0, tolerance)
-            rung[i] = first if holds else NOTHING_TO_INTEGRATE
-        quadrature.integrate(hold, rung, tolerance)
-        for i in range(lanes):
-            if status[i] != RUNNING:
-                continue
-            if w[lane.STATUS, i] == lane.AT_INSTABILITY:
-                status[i] = _read_ramp(w, i, given[RATE, i], found)
-            elif w[lane.STATUS, i] == lane.AT_LOAD:
-                status[i] = _read_hold(hold, i, given[FIELD, i], given[FIELD, i] / given[RATE, i], found)
-            else:
-                status[i] = BUDGET_SPENT
+        count, first = next_cells(status, 0, AT_END, cells)
+        while count > 0:
+            for i in range(lanes):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                start = quadrature.start_of_hold(field[cell], p, _internal(reached, cell, 1.0))
+                quadrature.prepare(w, i, field[cell], p, start)
+                rung[i] = quadrature.first_rung(p, tolerance)
+            quadrature.integrate(w, rung, tolerance)
+            for i in range(count):
+                cell = cells[i]
+                status[cell] = _read_hold(w, i, field[cell], field[cell] / rate[cell], cell, result)
+            count, first = next_cells(status, first, AT_END, cells)
+
+    @device
+    def solve_ramp_hold(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        reached = np.empty((len(lane.REACHED), status.size))
+        climb(field, rate, modulus_ratio, tolerance, status, reached)
+        for cell in range(status.size):
+            if status[cell] == FAILED:
+                status[cell] = _read_ramp(reached, cell, rate[cell], modulus_ratio[cell] - 1.0, result)
+        solve_holds(field, rate, modulus_ratio, tolerance, status, reached, result)
 
     return solve_ramp_hold
-

@@ -1,4 +1,4 @@
-"""A run of cells, block of lanes by block of lanes: classify, solve, write."""
+"""A run of cells: classify, solve, write."""
 
 import math
 from collections.abc import Callable
@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ._jit import FINGERPRINT, compiled, device
-from .lanes import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
+from .lanes import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from .model import CRITICAL_U, instant_gap, relative_u
 from .programs import Program
 
-# Rows of the result of a sweep; the first four are what a solver fills in for the lanes of a block.
+# Rows of the result of a sweep; the first four are what a solver fills in.
 TIME_TO_FAILURE = 0
 CRITICAL_STRETCH = 1
 CRITICAL_INTERNAL_STRETCH = 2
@@ -19,14 +19,13 @@ CRITICAL_FIELD = 3
 FINAL_STRETCH = 4
 RESULTS = 5
 
-# Rows of what is given to a solver.
+# Rows of what is given to the solver of a block.
 FIELD = 0
 RATE = 1
 MODULUS_RATIO = 2
 GIVEN = 3
 
-# Four vectors of AVX2, two of AVX-512: enough to hide the latency of a division, few enough not to wait long for the
-# slowest lane.
+# Four vectors of AVX2, two of AVX-512: enough to hide the latency of a division.
 LANES = 16
 
 
@@ -48,60 +47,76 @@ def make_classify(program: Program) -> Callable[..., Any]:
     return classify
 
 
-def make_sweep(
-    program: Program, solve: Callable[..., Any], block_rows: int, lanes: int = LANES
-) -> Callable[..., Any]:
+def in_blocks(solve_block: Callable[..., Any], block_rows: int, lanes: int) -> Callable[..., Any]:
+    """Make the solver of a run of cells, as `make_sweep` takes it, from one of a block of lanes.
+
+    ``solve_block(w, status, given, tolerance, step, attempts, found)`` takes the lanes of a block to their end: ``w``
+    is its own workspace of ``block_rows`` rows, ``given`` (GIVEN, lanes) and ``found`` (RESULTS, lanes); lanes whose
+    ``status`` becomes FAILED have found their results.
+    """
+
+    @device
+    def solve(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        w = np.zeros((block_rows, lanes))
+        given = np.empty((GIVEN, lanes))
+        found = np.empty((RESULTS, lanes))
+        block_status = np.empty(lanes, np.int64)
+        cells = np.empty(lanes, np.int64)
+        count, first = next_cells(status, 0, RUNNING, cells)
+        while count > 0:
+            for i in range(lanes):
+                given[FIELD, i] = field[cells[i]]
+                given[RATE, i] = rate[cells[i]]
+                given[MODULUS_RATIO, i] = modulus_ratio[cells[i]]
+                block_status[i] = RUNNING
+            solve_block(w, block_status, given, tolerance, step, attempts, found)
+            for i in range(count):
+                status[cells[i]] = block_status[i]
+                for row in range(FINAL_STRETCH):
+                    result[row, cells[i]] = found[row, i]
+            count, first = next_cells(status, first, RUNNING, cells)
+
+    return solve
+
+
+def make_sweep(program: Program, solve: Callable[..., Any]) -> Callable[..., Any]:
     """Make the compiled ``sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result)``.
 
     ``field``, ``rate``, ``modulus_ratio`` are (cells,) arrays of float64; ``status`` (cells,) of int8 and ``result``
     (RESULTS, cells) of float64 are filled in. Every cell depends on its own column alone.
 
-    ``solve(w, status, given, tolerance, step, attempts, found)`` takes the running lanes of a block to their end: ``w``
-    is its own workspace of ``block_rows`` rows, ``given`` (GIVEN, lanes) and ``found`` (RESULTS, lanes).
+    ``solve(field, rate, modulus_ratio, tolerance, step, attempts, status, result)`` takes the cells whose status is
+    RUNNING to their end; where their status becomes FAILED it writes their results, up to FINAL_STRETCH.
     """
     classify = make_classify(program)
     peak = program.peak
     fingerprint = FINGERPRINT
 
     @device
-    def write(result, cell, status, given, found, i):
-        for row in range(RESULTS):
-            result[row, cell] = math.nan
+    def write(result, cell, status, field, rate, modulus_ratio):
+        """Write the results that take no integration, and NaN where there are none."""
+        if status != FAILED:
+            for row in range(FINAL_STRETCH):
+                result[row, cell] = math.nan
+        result[FINAL_STRETCH, cell] = math.nan
         if status == FAILS_AT_ONCE:
             result[TIME_TO_FAILURE, cell] = 0.0
             result[CRITICAL_STRETCH, cell] = 1.0 / np.sqrt(CRITICAL_U)
             result[CRITICAL_INTERNAL_STRETCH, cell] = 1.0
-            result[CRITICAL_FIELD, cell] = np.sqrt(given[MODULUS_RATIO, i])
-        elif status == FAILED:
-            for row in range(FINAL_STRETCH):
-                result[row, cell] = found[row, i]
+            result[CRITICAL_FIELD, cell] = np.sqrt(modulus_ratio)
         elif status == SURVIVES:
             # Relaxed, lambda = xi: (23) is that of a film with mu_R alone, its margin 1 - field**2.
-            highest = peak(given[FIELD, i], given[RATE, i])
+            highest = peak(field, rate)
             u = CRITICAL_U * (1.0 + relative_u((1.0 - highest) * (1.0 + highest)))
             result[FINAL_STRETCH, cell] = 1.0 / np.sqrt(u)
 
     def sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
         source = fingerprint  # in the closure, hence in the key of the on-disk cache
-        cells = field.size
-        w = np.zeros((block_rows, lanes))
-        given = np.empty((GIVEN, lanes))
-        found = np.empty((RESULTS, lanes))
-        block_status = np.empty(lanes, np.int64)
-        for first in range(0, cells, lanes):
-            running = 0
-            for i in range(lanes):
-                cell = min(first + i, cells - 1)  # idle lanes of the last block repeat its last cell
-                given[FIELD, i] = field[cell]
-                given[RATE, i] = rate[cell]
-                given[MODULUS_RATIO, i] = modulus_ratio[cell]
-                block_status[i] = classify(field[cell], rate[cell], modulus_ratio[cell])
-                running += block_status[i] == RUNNING
-            if running > 0:
-                solve(w, block_status, given, tolerance, step, attempts, found)
-            for i in range(min(lanes, cells - first)):
-                status[first + i] = block_status[i]
-                write(result, first + i, block_status[i], given, found, i)
+        for cell in range(field.size):
+            status[cell] = classify(field[cell], rate[cell], modulus_ratio[cell])
+        solve(field, rate, modulus_ratio, tolerance, step, attempts, status, result)
+        for cell in range(field.size):
+            write(result, cell, status[cell], field[cell], rate[cell], modulus_ratio[cell])
         return len(source)
 
     return compiled(sweep)

@@ -10,10 +10,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from dea_maps.kernels import area, area_lanes, quadrature, ramp, scenes, sweep
+from dea_maps.kernels import area, area_lanes, ramp, scenes
 from dea_maps.kernels.area_explicit import make_explicit
 from dea_maps.kernels.area_implicit import RADAU5
-from dea_maps.kernels.lanes import RUNNING
+from dea_maps.kernels.lanes import AT_END, FAILED, RUNNING
 from dea_maps.kernels.tableaus import TABLEAUS
 
 mp = mpmath.MPContext()
@@ -152,38 +152,37 @@ def relaxations_left(v, p, k):
     return mp.quad(integrand, [mp.sqrt(1 + mp.mpf(v) ** 2), mp.mpf(2) ** (mp.mpf(1) / 3)], maxdegree=4)
 
 
-def solve(name, m, k, fields, rtol):
-    """Take a lane for every field up a ramp of rate k by a method; the workspace after it."""
-    method = METHODS[name]
-    lanes = len(fields)
-    w = np.zeros((method.rows + quadrature.ROWS, lanes))
-    given = np.empty((sweep.GIVEN, lanes))
-    given[sweep.FIELD], given[sweep.RATE], given[sweep.MODULUS_RATIO] = fields, k, m
-    status, found = np.full(lanes, RUNNING), np.empty((sweep.RESULTS, lanes))
+def climbed(name, m, k, fields, rtol):
+    """Take every field up a ramp of rate k by a method: where it got to, and the status there."""
+    count = len(fields)
+    climb = ramp.make_climb(METHODS[name], lambda field, modulus_ratio: field, lanes=count)
+    status, reached = np.full(count, RUNNING, np.int8), np.empty((len(area_lanes.REACHED), count))
     with np.errstate(all="ignore"):  # steps that are too long may give NaN, and idle lanes anything
-        scenes.make_solve_ramp_hold(method)(w, status, given, rtol, 0.0, 1000, found)
+        climb(np.array(fields), np.full(count, k), np.full(count, m), rtol, status, reached)
+    return status, reached
+
+
+def start(name, m, k, rtol):
+    """Return the lane of a film that is about to climb without end."""
+    method = METHODS[name]
+    w = np.zeros((method.rows, 1))
+    damping = ramp.damping_for(rtol) if method.late_start else math.inf
+    ramp.prepare(w, 0, k, math.inf, m - 1.0, rtol, method.share, damping)
     return w
-
-
-@pytest.fixture
-def start(monkeypatch):
-    """Return the function that begins a climb, and stops there."""
-    monkeypatch.setattr(ramp, "ATTEMPTS", 0)
-    return lambda name, m, k, rtol: solve(name, m, k, [1e150], rtol)
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-12])
 @pytest.mark.parametrize("m", [1.0, 1.01, 4.0, 1000.0])
-def test_a_slow_ramp_begins_where_its_start_is_forgotten(start, m, rtol):
+def test_a_slow_ramp_begins_where_its_start_is_forgotten(m, rtol):
     late = 0
     for k in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1):
         w = start("dop853", m, k, rtol)
-        v, y = w[area_lanes.V, 0], w[area_lanes.Y, 0]
+        v, y = w[area_lanes.START_V, 0], w[area_lanes.START_Y, 0]
         if v == 0.0:
             assert y == 0.0
             continue
         late += 1
-        asked = w[area_lanes.DAMPING, 0]
+        asked = ramp.damping_for(rtol)
         assert asked >= -math.log(rtol)
         left = relaxations_left(v, m - 1.0, k)
         assert left >= asked
@@ -197,15 +196,15 @@ def test_a_slow_ramp_begins_where_its_start_is_forgotten(start, m, rtol):
 
 
 @pytest.mark.parametrize("m", [1.01, 4.0, 1000.0])
-def test_other_climbs_begin_with_the_unloaded_film(start, m):
+def test_other_climbs_begin_with_the_unloaded_film(m):
     for w in (
         start("dop853", m, 1.0, 1e-6),
         start("dop853", m, 1e5, 1e-12),
         start("radau5", m, 1e-6, 1e-6),
     ):
-        assert w[area_lanes.V, 0] == 0.0
-        assert w[area_lanes.Y, 0] == 0.0
-        assert w[area_lanes.STEP, 0] > 0.0
+        assert w[area_lanes.START_V, 0] == 0.0
+        assert w[area_lanes.START_Y, 0] == 0.0
+        assert w[area_lanes.START_STEP, 0] > 0.0
 
 
 def equilibrium(e, internal, p):
@@ -268,10 +267,10 @@ class Ramp:
         return self.internal_of(brentq(lambda s: self.field_of(s) - field, self.start, self.stretch, xtol=1e-14))
 
 
-def end_of_lane(w, i):
-    """Field and xi where a lane ended: its state is close to the end, the rest is a share of the slope there."""
-    share = 1.0 if w[area_lanes.STATUS, i] == area_lanes.AT_LOAD else 0.5
-    return math.sqrt(w[area_lanes.LOAD, i] / float(E_C)), math.sqrt(scenes._internal(w, i, share))
+def end_of_climb(status, reached, i):
+    """Field and xi where a climb ended: its last state is close to the end, the rest is a share of the slope there."""
+    share = 1.0 if status[i] == AT_END else 0.5
+    return math.sqrt(reached[area_lanes.REACHED_LOAD, i] / float(E_C)), math.sqrt(scenes._internal(reached, i, share))
 
 
 @pytest.mark.parametrize(("m", "k"), [(1.01, 0.01), (4.0, 0.01), (4.0, 1.0), (4.0, 100.0), (100.0, 0.3)])
@@ -280,18 +279,17 @@ def test_landing_on_a_load_beside_that_of_failure(name, rtol, m, k):
     reference = reference_of(m, k)
     gaps = [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9]
     fields = [reference.field * (1 + sign * 0.5 * gap) for sign in (-1, 1) for gap in gaps]  # gaps of the load
-    w = solve(name, m, k, [*fields, 1e150], rtol)
-    status = w[area_lanes.STATUS]
+    status, where = climbed(name, m, k, [*fields, math.inf], rtol)
     for i, field in enumerate(fields):
         below, gap = field < reference.field, abs(field / reference.field - 1)
         allowed = rtol * min(1.0, m - 1.0) + 1e-13
         if gap > allowed:  # closer loads may be taken for either
-            assert status[i] == (area_lanes.AT_LOAD if below else area_lanes.AT_INSTABILITY), (field, gap)
-        reached, internal = end_of_lane(w, i)
+            assert status[i] == (AT_END if below else FAILED), (field, gap)
+        reached, internal = end_of_climb(status, where, i)
         assert reached == pytest.approx(min(field, reference.field), rel=allowed)
         expected = reference.internal_at(field) if below else reference.internal
         assert internal == pytest.approx(expected, rel=rtol + 1e-12)
-    reached, internal = end_of_lane(w, -1)
-    assert status[-1] == area_lanes.AT_INSTABILITY
+    reached, internal = end_of_climb(status, where, -1)
+    assert status[-1] == FAILED
     assert reached == pytest.approx(reference.field, rel=rtol + 1e-13)
     assert internal == pytest.approx(reference.internal, rel=rtol + 1e-12)

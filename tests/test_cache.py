@@ -49,7 +49,7 @@ def test_the_next_process_finds_the_code_and_an_edited_source_does_not(package):
     # A helper of the kernel, in another file than the one that is compiled: twice the critical stretch.
     source = package / "dea_maps" / "kernels" / "scenes.py"
     text = source.read_text()
-    edited = text.replace("/= math.sqrt(CRITICAL_U)", "/= 0.5 * math.sqrt(CRITICAL_U)")
+    edited = text.replace("/ np.sqrt(CRITICAL_U)", "/ (0.5 * np.sqrt(CRITICAL_U))")
     assert edited != text
     source.write_text(edited)
     assert call(package) == (0, 1, pytest.approx(2 * 1.659354969, rel=1e-9))

@@ -227,7 +227,7 @@ def test_ramp_in_two_pieces_is_the_ramp(form, monkeypatch):
     cut = RAMP._replace(name="cut", pieces=2, piece=_two_ramps)
     tableau = TABLEAUS["dop853"]
     solve = make_solve(cut, FORMULATIONS[form], tableau, make_pi(tableau))
-    kernel = sweep.make_sweep(cut, solve, lanes.rows(tableau.stages), 1)
+    kernel = sweep.make_sweep(cut, sweep.in_blocks(solve, lanes.rows(tableau.stages), 1))
     for field, rate, time, stretch in [(0.5, *RAMPS[1][1:]), (1.2, *RAMPS[0][1:])]:
         status, result = np.empty(1, np.int8), np.empty((sweep.RESULTS, 1))
         columns = [np.array([value]) for value in (field, rate, 4.0)]

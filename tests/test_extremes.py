@@ -229,11 +229,10 @@ def climb(m, rate, rtol):
         count += 1
         automatic.attempt(w)
 
-    w, given = np.zeros((automatic.rows, 1)), np.zeros((sweep.GIVEN, 1))
-    given[sweep.RATE], given[sweep.MODULUS_RATIO] = rate, m
-    status, found = np.array([RUNNING]), np.empty((sweep.RESULTS, 1))
+    cell = np.zeros(1), np.array([rate]), np.array([m])
+    status, result = np.array([RUNNING]), np.empty((sweep.RESULTS, 1))
     with np.errstate(all="ignore"):
-        scenes.make_solve_ramp(automatic._replace(attempt=counted))(w, status, given, rtol, 0.0, 1, found)
+        scenes.make_solve_ramp(automatic._replace(attempt=counted), lanes=1)(*cell, rtol, 0.0, 1, status, result)
     return count, status[0]
 
 

@@ -174,11 +174,10 @@ def attempts(m, k, rtol):
         radau.RADAU5.attempt(w)
 
     method = radau.RADAU5._replace(attempt=counted)
-    w, given = np.zeros((method.rows, 1)), np.zeros((sweep.GIVEN, 1))
-    given[sweep.RATE], given[sweep.MODULUS_RATIO] = k, m
-    status, found = np.array([RUNNING]), np.empty((sweep.RESULTS, 1))
+    cell = np.zeros(1), np.array([k]), np.array([m])
+    status, result = np.array([RUNNING]), np.empty((sweep.RESULTS, 1))
     with np.errstate(all="ignore"):  # steps that are too long may give NaN
-        scenes.make_solve_ramp(method)(w, status, given, rtol, 0.0, 1000, found)
+        scenes.make_solve_ramp(method, lanes=1)(*cell, rtol, 0.0, 1000, status, result)
     assert status[0] == FAILED
     assert count < ramp.ATTEMPTS
     return count

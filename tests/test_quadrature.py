@@ -202,13 +202,6 @@ def test_lanes_end_on_the_first_rung_that_is_accurate_enough(prepared, rtol):
         assert found == table[rung][0][i]
 
 
-def test_a_lane_without_an_integral_stays_without(prepared):
-    rungs = np.full(len(POINTS), 3)
-    rungs[::2] = -1
-    quadrature.integrate(prepared, rungs, math.inf)
-    assert np.all(np.isnan(prepared[quadrature.FOUND, ::2]))
-    assert np.all(np.isfinite(prepared[quadrature.FOUND, 1::2]))
-
 
 def test_what_is_not_accurate_enough_is_not_found(prepared):
     rungs = np.zeros(len(POINTS), int)
