@@ -36,8 +36,10 @@ START_Y = 19
 START_SLOPE = 20
 START_GROWTH = 21
 START_STEP = 22
+RATE = 23  # k
+FIELD = 24  # at which to stop, in Ec
 # and the derivatives, one row a stage, the one at the new state last.
-SLOPES = 23
+SLOPES = 25
 
 # What is left of a lane when it is done: rows of the result of a climb.
 REACHED = (V, Y, SLOPES, STEP, LOAD)

@@ -50,7 +50,7 @@ def cubic_root(f0, d0, f1, d1, length):
     b = 3.0 * (f1 - f0) - (2.0 * d0 + d1) * length
     c = (d0 + d1) * length - 2.0 * (f1 - f0)
     x = f0 / (f0 - f1)
-    for _ in range(5):
+    for _ in range(3):
         value = f0 + x * (a + x * (b + x * c))
         if (value > 0.0) == (f0 > 0.0):
             low = x

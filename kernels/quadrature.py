@@ -37,12 +37,13 @@ FIRST = 13
 LAST = 14
 LAST_BUT_ONE = 15
 TIME = 16
-ERROR = 17  # estimated relative error of the time
-FOUND = 18  # the time, where it is as accurate as asked
-RATIO = 19
-ACROSS = 20
-ALONG = 21
-ROWS = 22
+BEFORE = 17  # time before that of the integral
+ERROR = 18  # estimated error of the time, over the whole of it
+FOUND = 19  # the time, where it is as accurate as asked
+RATIO = 20
+ACROSS = 21
+ALONG = 22
+ROWS = 23
 
 
 # The ladder of rules: number of nodes on each rung, and the rtol below which to begin on the next one.
@@ -253,7 +254,8 @@ def _integrate_nodes(w, first, last):
         w[TIME, i] = scale * (w[HALF, i] * w[SUM, i] + 0.5 * w[EXACT, i])
         tail = max(abs(w[LAST, i]), abs(w[LAST_BUT_ONE, i]))
         largest = max(abs(0.5 * w[SUM, i]), abs(w[FIRST, i])) + 1e-300
-        w[ERROR, i] = 0.25 * abs(scale * w[HALF, i]) * tail * tail / (largest * abs(w[TIME, i]) + 1e-300)
+        whole = w[BEFORE, i] + abs(w[TIME, i])
+        w[ERROR, i] = 0.25 * abs(scale * w[HALF, i]) * tail * tail / (largest * whole + 1e-300)
 
 
 @device

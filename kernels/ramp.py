@@ -14,14 +14,15 @@ from ._jit import device
 from .area import NUDGE, forgotten, growth, load_and_flow, slope, slow_share
 from .area_lanes import (
     AT_INSTABILITY,
-    AT_LOAD,
     CLIMBING,
     COUNT,
     EVENT,
+    FIELD,
     GLOBAL,
     GROWTH,
     NEW,
     PREVIOUS,
+    RATE,
     REACHED,
     REFERENCE,
     SCALE,
@@ -53,6 +54,9 @@ LARGEST_FACTOR = 2.5
 SMALLEST_FACTOR = 0.2
 SAFETY = 0.9
 
+# Below, in Ec per tau, what keeps the right-hand side from 0/0 would count.
+SLOWEST = 1e-140
+
 # What an attempt may meet.
 NOTHING, CROSSED, NEAR, TOO_MANY = 0.0, 1.0, 2.0, 3.0
 # Instead of the number of a cell: the lane has none.
@@ -77,16 +81,17 @@ def damping_for(rtol):
 
 
 @device
-def prepare(w, i, rate, field, p, rtol, share, damping):
-    """Everything that a lane is given to climb to a field in Ec or, if that is infinite, to the instability.
+def prepare(w, i, rtol, share, damping):
+    """Complete what a lane is given, P, RATE and FIELD, by what it takes to climb with results good to ``rtol``.
 
-    The results are to have an error ``rtol``. ``share`` is the method's, ``damping`` that of `damping_for`, or infinite
-    for a method that begins every ramp at its beginning.
+    ``share`` is the method's, ``damping`` that of `damping_for`, or infinite for a method that begins every ramp at its
+    beginning.
     """
+    rate, field, p = w[RATE, i], w[FIELD, i], w[P, i]
     speed = 2.0 * rate * np.sqrt(CRITICAL_LOAD)
-    w[P, i] = p
+    end = CRITICAL_LOAD * field * field
     w[SPEED, i] = speed
-    w[TARGET, i] = CRITICAL_LOAD * field * field
+    w[TARGET, i] = end
     # An error of xi**2 at the corner delays the failure by about half of it, in a life that is longer than the ramp;
     # below a few units of rounding there is nothing to gain.
     w[SCALE, i] = 0.5 * field / rate + 3e-15 / rtol
@@ -97,10 +102,11 @@ def prepare(w, i, rate, field, p, rtol, share, damping):
     y = slow_share(min(u, 0.97), rate)
     v = np.sqrt(1.0 / u - 1.0)
     load, _, _ = load_and_flow(v, y, p)
-    late = (u < 0.97) & (load < w[TARGET, i])  # slow, and the climb does not end before that
+    late = (u < 0.97) & (load < end)  # slow, and the climb does not end before that
     v = v if late else 0.0
     y = y if late else 0.0
-    w[REFERENCE, i] = min(0.1, slow_share(min(forgotten(p, rate, 1.0), 0.8), rate))
+    reference = min(0.1, slow_share(min(forgotten(p, rate, 1.0), 0.8), rate))
+    w[REFERENCE, i] = reference
     f = slope(v, y, p, speed)
     stiffness = growth(v, y, f, p, speed)
     w[START_V, i] = v
@@ -109,7 +115,7 @@ def prepare(w, i, rate, field, p, rtol, share, damping):
     w[START_GROWTH, i] = stiffness
     # On the slow manifold, close to what an explicit method can stand; near v = 0, where y follows v**2 at first,
     # what its reference lets pass.
-    w[START_STEP, i] = 2.0 / abs(stiffness) if late else min(0.1, 0.3 * np.sqrt(w[REFERENCE, i]))
+    w[START_STEP, i] = 2.0 / abs(stiffness) if late else min(0.1, 0.3 * np.sqrt(reference))
 
 
 @device
@@ -209,8 +215,9 @@ def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Ca
         """Write down where a lane got to."""
         for row in range(len(REACHED)):
             reached[row, cell] = w[REACHED[row], i]
-        failed = FAILED if w[STATUS, i] == AT_INSTABILITY else BUDGET_SPENT
-        status[cell] = AT_END if w[STATUS, i] == AT_LOAD else failed
+        status[cell] = BUDGET_SPENT
+        if w[RATE, i] >= SLOWEST and w[STATUS, i] != SPENT:
+            status[cell] = FAILED if w[STATUS, i] == AT_INSTABILITY else AT_END
 
     @device
     def climb(field, rate, modulus_ratio, rtol, status, reached):
@@ -235,10 +242,14 @@ def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Ca
                 if cells[i] == VACANT and taken == count:
                     count, first = next_cells(status, first, RUNNING, waiting_cells)
                     taken = 0
-                    for j in range(lanes if count > 0 else 0):
-                        cell = waiting_cells[j]
-                        end = target(field[cell], modulus_ratio[cell])
-                        prepare(waiting, j, rate[cell], end, modulus_ratio[cell] - 1.0, rtol, share, damping)
+                    if count > 0:
+                        for j in range(lanes):  # apart from the next loop, which vectorises
+                            cell = waiting_cells[j]
+                            waiting[RATE, j] = rate[cell]
+                            waiting[FIELD, j] = target(field[cell], modulus_ratio[cell])
+                            waiting[P, j] = modulus_ratio[cell] - 1.0
+                        for j in range(lanes):
+                            prepare(waiting, j, rtol, share, damping)
                 if cells[i] == VACANT and taken < count:
                     for row in range(P, SLOPES):
                         w[row, i] = waiting[row, taken]

@@ -23,10 +23,10 @@ from .sweep import (
 
 
 @device
-def _read_hold(w, i, field, before, cell, result):
-    """Write what a lane found for a cell under a constant field that came on at a time; returns its status."""
+def _read_hold(w, i, field, cell, result):
+    """Write what a lane found for a cell under a constant field; returns its status."""
     rest = w[quadrature.FOUND, i]
-    time = before + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
+    time = w[quadrature.BEFORE, i] + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
     if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
         return BUDGET_SPENT
     result[TIME_TO_FAILURE, cell] = time
@@ -44,10 +44,11 @@ def solve_step(w, status, given, tolerance, step, attempts, found):
     for i in range(lanes):
         field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
         quadrature.prepare(w, i, field, p, quadrature.start_of_step(field, p))
+        w[quadrature.BEFORE, i] = 0.0
         rung[i] = quadrature.first_rung(p, tolerance)
     quadrature.integrate(w, rung, tolerance)
     for i in range(lanes):
-        status[i] = _read_hold(w, i, given[FIELD, i], 0.0, i, found)
+        status[i] = _read_hold(w, i, given[FIELD, i], i, found)
 
 
 @device
@@ -117,11 +118,12 @@ def make_solve_ramp_hold(method: AreaMethod, lanes: int) -> Callable[..., Any]:
                 p = modulus_ratio[cell] - 1.0
                 start = quadrature.start_of_hold(field[cell], p, _internal(reached, cell, 1.0))
                 quadrature.prepare(w, i, field[cell], p, start)
+                w[quadrature.BEFORE, i] = field[cell] / rate[cell]
                 rung[i] = quadrature.first_rung(p, tolerance)
             quadrature.integrate(w, rung, tolerance)
             for i in range(count):
                 cell = cells[i]
-                status[cell] = _read_hold(w, i, field[cell], field[cell] / rate[cell], cell, result)
+                status[cell] = _read_hold(w, i, field[cell], cell, result)
             count, first = next_cells(status, first, AT_END, cells)
 
     @device

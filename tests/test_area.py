@@ -167,7 +167,9 @@ def start(name, m, k, rtol):
     method = METHODS[name]
     w = np.zeros((method.rows, 1))
     damping = ramp.damping_for(rtol) if method.late_start else math.inf
-    ramp.prepare(w, 0, k, math.inf, m - 1.0, rtol, method.share, damping)
+    w[area_lanes.RATE], w[area_lanes.FIELD], w[area_lanes.P] = k, math.inf, m - 1.0
+    with np.errstate(all="ignore"):  # where nothing is forgotten, a NaN is computed, and not taken
+        ramp.prepare(w, 0, rtol, method.share, damping)
     return w
 
 

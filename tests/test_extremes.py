@@ -140,6 +140,7 @@ def check(program, cell, found, rtol):
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(scattered=cells(True), rtol=any_rtol)
 @example(scattered=[(1e300, 1e149, 1e-300), (1e300, 1e-300, 1e300), (1 + 1e-15, 1.0, 1e300)], rtol=1e-12)
+@example(scattered=[(4.0, 1.2, 1e-153), (4.0, 1e-100, 5e-324)], rtol=1e-3)
 @example(scattered=[(4.0, math.nextafter(2, 0), 1.0), (1000.0, math.nextafter(1, 2), 1e-6)], rtol=1e-12)
 def test_any_legal_input_has_its_outcome(program, scattered, rtol):
     for cell, found in zip(scattered, solved(program, scattered, rtol), strict=True):

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+import dea_maps as dm
+from dea_maps.catalogue import choose
+
 STUDIES = Path(__file__).parents[1] / "studies"
 RUNS = sorted(STUDIES.glob("*/run.py"))
 PAGES = sorted(STUDIES.glob("*/README.md"))
@@ -36,3 +39,12 @@ def test_page_says_what_a_study_says(page):
         assert (page.parent / name).stat().st_size < 300_000
     for path in page.parent.glob("*.nc"):
         assert path.stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-12])
+def test_auto_picks_by_the_rule_that_follows_from_the_studies(rtol):
+    """See studies/tolerance/README.md."""
+    rule = {dm.Step(): ("quadrature", "stretch"), dm.Ramp(): ("dop853", "area"), dm.RampHold(): ("dop853", "area")}
+    for program, pick in rule.items():
+        choice = choose(program, "auto", "auto", rtol, None)
+        assert (choice.method, choice.formulation) == pick
