@@ -34,7 +34,8 @@ LIMITS = {
     "stable": ("-", r"longest stable step, $|R(hJ)| = 1$"),
     "spent": ("--", "a life takes the whole budget (bottleneck: $T \\propto (field-1)^{-1/2}$)"),
     "life": ("-.", "one step is a whole life"),
-    "fold": (":", r"fold's law: $c\sqrt{h}$ is 1 % of the stretch"),
+    "fold": (":", r"fold's law: a step costs the stretch $c\sqrt{h}$ = 1 %"),
+    "collapse": (":", r"fold's law: the shortest step costs $c\sqrt{2.2 \cdot 10^{-16}\,T}$"),
     "margin": ("-.", "bottleneck: the tolerance is the margin, 2 (field - 1)"),
     "explicit": ("-", "as many stable steps as the budget allows"),
 }

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
+
+import dea_maps as dm
 from dea_maps.kernels import lanes, model
 from dea_maps.kernels.control import make_pi
 from dea_maps.kernels.formulations import FORMULATIONS, SECOND, THIRD
@@ -14,9 +17,6 @@ from dea_maps.kernels.integrate import make_begin
 from dea_maps.kernels.programs import PROGRAMS
 from dea_maps.kernels.stepping import make_attempt, make_error
 from dea_maps.kernels.tableaus import TABLEAUS
-from numpy.typing import NDArray
-
-import dea_maps as dm
 
 MODULUS_RATIO = 4.0
 FIELDS = (0.95, 1.0 + 1e-4)

@@ -8,25 +8,28 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from dea_maps.kernels import lanes, model
-from dea_maps.kernels.formulations import FORMULATIONS
-from dea_maps.kernels.tableaus import Tableau
 from numpy.typing import NDArray
 from scenes import PROGRAMS, Scene
 
 import dea_maps as dm
+from dea_maps.kernels import lanes, model
+from dea_maps.kernels.formulations import FORMULATIONS
+from dea_maps.kernels.tableaus import Tableau
 
 COMPLEX_STEP = 1e-30
-# Of the stretch: the fold's law is drawn where c sqrt(h) is so much.
+# The fold's law: a step of length h that ends at the instability may cost the stretch a share of c sqrt(h). It is drawn
+# where that is 1 %, and for tolerances where h is the rounding of the time, shorter than which no step can be.
 FOLD_SHARE = 0.01
+EPSILON = float(np.finfo(float).eps)
 
 
 class Path(NamedTuple):
-    """A film's life: states at (times,) instants, the last one just before failure."""
+    """A film's life: states at (times,) instants, and where it ends."""
 
     time: NDArray[np.float64]
     stretch: NDArray[np.float64]
     internal: NDArray[np.float64]
+    end: tuple[float, float, float]  # time, stretch and internal stretch at failure
     excess: float
     field: float
     rate: float
@@ -35,18 +38,18 @@ class Path(NamedTuple):
 def life(scene: Scene, program: str, value: float) -> Path:
     """Solution at one value along a scene's axis, at instants that crowd towards both ends."""
     cells = scene.cells(program, np.array([value]))
-    end = cells.truth[0, 0]
     shares = np.concatenate([np.geomspace(1e-9, 0.5, 60), 1.0 - np.geomspace(0.7, 1e-3, 80) ** 2])
     given = {"modulus_ratio": cells.modulus_ratio[0]}
     if program != "ramp":
         given["field"] = cells.field[0]
     if program != "step":
         given["rate"] = cells.rate[0]
-    times = xr.DataArray(end * shares, dims="time")
-    ds = dm.trajectory(PROGRAMS[program], time=times.values, rtol=1e-8, **given)
+    times = cells.truth[0, 0] * shares
+    ds = dm.trajectory(PROGRAMS[program], time=times, rtol=1e-8, **given)
     alive = np.isfinite(ds.stretch.values)
-    columns = (times.values[alive], ds.stretch.values[alive], ds.internal_stretch.values[alive])
-    return Path(*columns, cells.modulus_ratio[0] - 1.0, cells.field[0], cells.rate[0])
+    columns = (times[alive], ds.stretch.values[alive], ds.internal_stretch.values[alive])
+    end = (cells.truth[0, 0], cells.truth[1, 0], float(ds.critical_internal_stretch))
+    return Path(*columns, end, cells.modulus_ratio[0] - 1.0, cells.field[0], cells.rate[0])
 
 
 def block(path: Path, formulation: str) -> NDArray[np.complex128]:
@@ -118,18 +121,16 @@ def extent(path: Path, formulation: str) -> float:
     return float(early + late)
 
 
-def fold_step(path: Path) -> float:
-    """Step in time whose last one over the fold costs the stretch its accuracy.
+def fold_factor(path: Path) -> float:
+    """Return c of ``(lambda_c - lambda)/lambda_c = c sqrt(T_f - T)``, which holds close to failure.
 
-    Close to failure ``lambda_c - lambda = c sqrt(T_f - T)`` with ``c = u**(-5/2)/2 sqrt(G/(6 B))`` and
-    ``G = de/dT + 2 p u h (1/r**2 + 2 r u**3)``: a step of length h that ends there is wrong by a share of c sqrt(h).
+    ``c = u**-2/2 sqrt(G/(6 B))`` with ``G = de/dT + 2 p u h (1/r**2 + 2 r u**3)``.
     """
-    u, r, p = path.stretch[-1] ** -2, path.internal[-1] ** 2, path.excess
-    field = path.field + path.rate * path.time[-1]
-    load_rate = 2.0 * model.CRITICAL_LOAD * field * path.rate
+    time, stretch, internal = path.end
+    u, r, p = stretch**-2, internal**2, path.excess
+    load_rate = 2.0 * model.CRITICAL_LOAD * (path.field + path.rate * time) * path.rate
     growth = load_rate + 2.0 * p * u * model.flow(u, r) * (1.0 / r**2 + 2.0 * r * u**3)
-    c = 0.5 * u**-2.5 * math.sqrt(growth / (6.0 * model.lower_stiffness(r, p)))
-    return (FOLD_SHARE * path.stretch[-1] / c) ** 2
+    return 0.5 * u**-2 * math.sqrt(growth / (6.0 * model.lower_stiffness(r, p)))
 
 
 def lines(scene: Scene, values: NDArray[np.float64], tableaus: dict[str, Tableau], budget: int) -> xr.Dataset:
@@ -138,16 +139,16 @@ def lines(scene: Scene, values: NDArray[np.float64], tableaus: dict[str, Tableau
     Returns
     -------
     Dataset
-        ``stable`` (solver, formulation, value), ``spent`` (formulation, value), ``fold`` (value).
+        ``stable`` (solver, formulation, value), ``spent`` (formulation, value), ``fold`` and ``collapse`` (value).
     """
     program = scene.preferred[0]
     forms = list(FORMULATIONS)
     stable = np.empty((len(tableaus), len(forms), values.size))
     spent = np.empty((len(forms), values.size))
-    fold = np.empty(values.size)
+    factor, time = np.empty(values.size), np.empty(values.size)
     for k, value in enumerate(values):
         path = life(scene, program, value)
-        fold[k] = fold_step(path)
+        factor[k], time[k] = fold_factor(path), path.end[0]
         for j, form in enumerate(forms):
             spent[j, k] = extent(path, form) / budget
             for i, tableau in enumerate(tableaus.values()):
@@ -156,7 +157,8 @@ def lines(scene: Scene, values: NDArray[np.float64], tableaus: dict[str, Tableau
         {
             "stable": (("solver", "formulation", "value"), stable, {"long_name": "longest step with |R(h J)| <= 1"}),
             "spent": (("formulation", "value"), spent, {"long_name": "step at which a life takes the whole budget"}),
-            "fold": ("value", fold, {"long_name": "step of time whose square root is the accuracy of the stretch"}),
+            "fold": ("value", (FOLD_SHARE / factor) ** 2, {"long_name": "step in time that costs the stretch 1 %"}),
+            "collapse": ("value", factor * np.sqrt(EPSILON * time), {"long_name": "what the shortest step costs"}),
         },
         coords={"solver": list(tableaus), "formulation": forms, "value": values},
     )

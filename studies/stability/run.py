@@ -13,6 +13,7 @@ from pathlib import Path
 
 import charts
 import drift
+import laws
 import limits
 import numba
 import numpy as np
@@ -20,12 +21,12 @@ import ours
 import scipy
 import theirs
 import xarray as xr
-from dea_maps.kernels.tableaus import TABLEAUS
 from numpy.typing import NDArray
 from scenes import SCENES, Scene
 from verdicts import NOT_SERVED, WORDS
 
 import dea_maps as dm
+from dea_maps.kernels.tableaus import TABLEAUS
 
 HERE = Path(__file__).resolve().parent
 Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]
@@ -42,7 +43,8 @@ def main() -> None:
 
     steps, tolerances = np.geomspace(1e-5, 10.0, 5 if quick else 30), np.geomspace(1e-12, 1e-3, 4 if quick else 28)
     across, few, coarse = (6, 4, 3) if quick else (44, 23, 13)
-    theory = {scene.name: limits.lines(scene, scene.values(few), TABLEAUS, ours.BUDGET) for scene in SCENES}
+    tableaus = dict(TABLEAUS)
+    theory = {scene.name: limits.lines(scene, scene.values(few), tableaus, ours.BUDGET) for scene in SCENES}
 
     cases = [case for case in ours.fixed_cases() if not quick or case.method == "rk4"]
     fixed = atlas(cases, across, steps, lambda case: lambda *axes: ours.fixed_map(case, *axes))
@@ -67,6 +69,9 @@ def main() -> None:
 
     for data in (fixed, adaptive, foreign):
         print_shares(data)
+    laws.print_fold(fixed, theory)
+    for data in (adaptive, foreign):
+        laws.print_silence(data, theory)
     print_drift(drifted)
     print_machine()
 
@@ -116,20 +121,28 @@ def fixed_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[
 
 
 def adaptive_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
-    """Lines over the maps of tolerances: where stability alone spends the budget, and the bottleneck's margin."""
-    lines = {}
+    """Lines over the maps of tolerances.
+
+    Where stability alone spends the budget, the bottleneck's margin, and on "rate" the tolerance at the fold that no
+    step is short enough for.
+    """
+    lines: dict[tuple[str, str], list] = {}
     explicit = {"dopri5": ("dopri5", 1), "dop853": ("dop853", 1), "RK45": ("dopri5", 6), "DOP853": ("dop853", 12)}
     for case in cases:
-        if case.formulation in ("rate", "fold"):
-            lines[case.label, "field"] = [("margin", np.array([1e-12, 1.0]), np.array([2e-12, 2.0]))]
-            if case.method in explicit:
+        for scene, known in theory.items():
+            drawn = lines.setdefault((case.label, scene), [])
+            if case.formulation == "rate":
+                drawn.append(("collapse", known.value, known.collapse))
+            if case.formulation in ("rate", "fold") and scene == "field":
+                drawn.append(("margin", np.array([1e-12, 1.0]), np.array([2e-12, 2.0])))
+            if case.formulation in ("rate", "fold") and scene == "rate" and case.method in explicit:
                 tableau, calls = explicit[case.method]
-                known = theory["rate"].sel(formulation=case.formulation, solver=tableau)
+                form = known.sel(formulation=case.formulation)
                 budget = theirs.BUDGET / calls if calls > 1 else ours.BUDGET
-                ratio = np.log(known.spent * ours.BUDGET / budget / known.stable).values
+                ratio = np.log(form.spent * ours.BUDGET / budget / form.stable.sel(solver=tableau)).values
                 if ratio.min() < 0.0 < ratio.max():
                     rate = np.exp(np.interp(0.0, -ratio, np.log(known.value)))
-                    lines[case.label, "rate"] = [("explicit", np.array([rate, rate]), np.array([1e-13, 1.0]))]
+                    drawn.append(("explicit", np.array([rate, rate]), np.array([1e-13, 1.0])))
     return lines
 
 

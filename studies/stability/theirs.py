@@ -4,11 +4,12 @@ import math
 import warnings
 
 import numpy as np
-from dea_maps.kernels.model import CRITICAL_LOAD, CRITICAL_U, instant_gap, relative_u
 from numpy.typing import NDArray
 from scenes import Cells, Scene
 from scipy.integrate import solve_ivp
 from verdicts import BUDGET_SPENT, EVENT_MISSED, NOT_FINITE, STEP_COLLAPSED, TOLERANCES, errors, of_answers
+
+from dea_maps.kernels.model import CRITICAL_LOAD, CRITICAL_U, instant_gap, relative_u
 
 METHODS = ("RK45", "DOP853", "Radau", "BDF", "LSODA")
 # Calls of the right-hand side; and the time at which a solver that saw nothing is told to stop, in times to failure.

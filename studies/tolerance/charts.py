@@ -1,4 +1,4 @@
-"""Charts of delivered against requested relative error."""
+"""Charts of delivered against requested relative error, and of what it costs."""
 
 from io import BytesIO
 from pathlib import Path
@@ -18,6 +18,12 @@ from PIL import Image
 # Dark blue, orange, light blue: three steps of lightness, told apart in grey, and a marker each.
 STYLES = {"step": ("#08306b", "o"), "ramp": ("#d55e00", "s"), "ramp_hold": ("#7fb8dd", "^")}
 FLOOR = 1e-17
+
+
+def _words(regime: str) -> str:
+    """Program and regime for a label."""
+    program, _, load = regime.partition(": ")
+    return f"{program}: {load.replace('_', ' ')}"
 
 
 def _diagonal(ax: Axes) -> None:
@@ -53,19 +59,19 @@ def by_method(data: xr.Dataset, path: Path) -> None:
         silent = []
         for program, (colour, marker) in STYLES.items():
             chosen = (data.program.values == program) & (data.fails_later.values == 1)
-            part = data.sel(case=label).isel(point=chosen)
+            part = data.sel(case=[label]).isel(point=chosen)
             if not part.served.any():
                 continue
-            worst, median = measure.summary(part.delivered.values)
+            worst, median = measure.summary(measure.counted(part).values[0])
             ax.plot(data.rtol, np.maximum(worst, FLOOR), color=colour, marker=marker, ms=4.5, lw=1.2)
             ax.plot(
                 data.rtol, np.maximum(median, FLOOR), color=colour, marker=marker, mfc="white", ms=3.5, lw=0.9, ls="--"
             )
-            if part.delivered.isnull().any():
-                silent.append(f"{program} {float(part.delivered.isnull().mean()):.0%}")
-        ax.set_title(f"{label}\n" + (f"no answer: {', '.join(silent)}" if silent else ""), fontsize=8)
+            if part.unresolved.any():
+                silent.append(f"{program} {float(part.unresolved.mean()):.0%}")
+        ax.set_title(f"{label}\n" + (f"no answer: {', '.join(silent)}" if silent else ""), fontsize=7.5)
     for ax in axes[:, 0]:
-        ax.set_ylabel("delivered relative error")
+        ax.set_ylabel("delivered error")
     for column in range(columns):
         shown = [ax for ax in axes[:, column] if ax.get_visible()]
         shown[-1].set_xlabel("requested rtol")
@@ -85,18 +91,40 @@ def by_regime(data: xr.Dataset, path: Path) -> None:
     names = list(worst.regime.values)
     figure, ax = plt.subplots(figsize=(8.0, 0.24 * len(names) + 1.5), layout="constrained")
     shares = np.log10(np.maximum(worst.ratio.values, 1e-8))
-    image = ax.pcolormesh(shares, cmap="cividis", vmin=-6, vmax=0, edgecolors="white", lw=0.5)
+    image = ax.pcolormesh(shares, cmap="cividis", vmin=-5, vmax=0, edgecolors="white", lw=0.5)
     for row, column in np.ndindex(shares.shape):
         share = shares[row, column]
         text = "–" if np.isnan(share) else f"{share:.1f}"
-        colour = "white" if share < -3 else "black"
-        ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=7, color=colour)
-    labels = [f"{name} ({points})" for name, points in zip(names, worst["points"].values, strict=True)]
+        colour = "white" if share < -2.5 else "black"
+        weight = "bold" if share < -2.0 else "normal"
+        ax.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=7, color=colour, weight=weight)
+    labels = [f"{_words(name)} ({points})" for name, points in zip(names, worst["points"].values, strict=True)]
     ax.set_yticks(np.arange(len(names)) + 0.5, labels, fontsize=7)
     ax.set_xticks(np.arange(shares.shape[1]) + 0.5, [f"{rtol:.0e}" for rtol in worst.rtol.values], fontsize=8)
     ax.invert_yaxis()
     ax.set_xlabel("requested rtol")
     ax.set_ylabel("program: regime (points)")
-    ax.set_title("auto: log10(worst delivered error / rtol)", fontsize=10)
-    figure.colorbar(image, ax=ax, label="0: all of rtol used; -2: two decades wasted", extend="min")
+    ax.set_title("auto: log10(worst delivered error / rtol); bold: more than two decades wasted", fontsize=8.5)
+    figure.colorbar(image, ax=ax, label="0: all of rtol used", extend="min")
+    _save(figure, path)
+
+
+def costs(data: xr.Dataset, path: Path) -> None:
+    """Draw the time per cell of auto in every regime, with the median and ten times the median."""
+    names = list(data.regime.values)
+    figure, ax = plt.subplots(figsize=(8.0, 0.24 * len(names) + 1.7), layout="constrained")
+    rows = np.arange(len(names))
+    looks = ((1e-6, "#d55e00", "s", "--"), (1e-12, "#08306b", "o", "-"))
+    for rtol, colour, marker, style in looks:
+        micro = 1e6 * data.seconds.sel(rtol=rtol).values
+        median = float(np.median(micro))
+        ax.plot(micro, rows, color=colour, marker=marker, ms=5, ls="", label=f"rtol {rtol:.0e}")
+        ax.axvline(median, color=colour, ls=style, lw=1.0, label=f"median at {rtol:.0e}")
+        ax.axvline(10.0 * median, color=colour, ls=style, lw=2.4, label=f"ten times the median at {rtol:.0e}")
+    ax.set_yticks(rows, [_words(name) for name in names], fontsize=7)
+    ax.set(xscale="log", xlim=(0.1, 100.0), xlabel="time per cell, one thread (µs)", ylabel="program: regime")
+    ax.invert_yaxis()
+    ax.grid(color="0.88", lw=0.4)
+    ax.set_axisbelow(True)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     _save(figure, path)

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from dea_maps.kernels import lanes
-from dea_maps.kernels.build import sweep_for
 from numpy.typing import NDArray
 
 import dea_maps as dm
+from dea_maps.kernels import lanes
+from dea_maps.kernels.build import sweep_for
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "reference"))
 import table
@@ -77,8 +77,9 @@ def measure(tables: dict[str, dict[str, NDArray]], rtols: list[float], every_for
     Returns
     -------
     Dataset
-        ``raw`` (case, rtol, point): the largest of the three relative errors; ``delivered``: the same, each error
-        first multiplied by rtol/(rtol + allowance), NaN where the film does not fail later or nothing was answered.
+        ``error`` (case, rtol, point): the largest of the three relative errors, NaN where the film does not fail later
+        or nothing was answered; ``of_allowed``: the largest of each error over rtol plus what double precision may cost
+        it; ``unresolved`` and ``wrong_outcome``; ``allowance`` (point), what double precision may cost, and more.
     """
     names = cases(every_formulation)
     labels = [method if method == "auto" else f"{method} on {form}" for method, form in names]
@@ -89,7 +90,7 @@ def measure(tables: dict[str, dict[str, NDArray]], rtols: list[float], every_for
         allowance = ALLOWANCE * (1.0 + np.array([points[name] for name in CONDITIONS]))
         fails = points["outcome"] == FAILS_LATER
         shape = (len(names), len(rtols), fails.size)
-        raw, delivered, final = (np.full(shape, np.nan) for _ in range(3))
+        largest, of_allowed, final = (np.full(shape, np.nan) for _ in range(3))
         wrong, unresolved = np.zeros(shape, np.int8), np.zeros(shape, np.int8)
         served = np.zeros((len(names), fails.size), np.int8)
         for i, (method, asked) in enumerate(names):
@@ -101,18 +102,18 @@ def measure(tables: dict[str, dict[str, NDArray]], rtols: list[float], every_for
                 outcome, found, final_stretch = answers(program, points, method, formulation, rtol)
                 answered = fails & (outcome == FAILS_LATER)
                 error = np.abs(found[:, answered] / truth[:, answered] - 1.0)
-                raw[i, j, answered] = error.max(axis=0)
-                delivered[i, j, answered] = (error * rtol / (rtol + allowance[:, answered])).max(axis=0)
+                largest[i, j, answered] = error.max(axis=0)
+                of_allowed[i, j, answered] = (error / (rtol + allowance[:, answered])).max(axis=0)
                 unresolved[i, j] = outcome == 3
                 wrong[i, j] = (outcome != points["outcome"]) & (outcome != 3)
                 final[i, j] = np.abs(final_stretch / points["final_stretch"] - 1.0)
         where = ("case", "rtol", "point")
         variables = {
-            "raw": (where, raw.astype(np.float32), {"long_name": "largest relative error of the results"}),
-            "delivered": (
+            "error": (where, largest.astype(np.float32), {"long_name": "largest relative error of the results"}),
+            "of_allowed": (
                 where,
-                delivered.astype(np.float32),
-                {"long_name": "the same, times rtol/(rtol + allowance for double precision)"},
+                of_allowed.astype(np.float32),
+                {"long_name": "largest of each error over rtol plus what double precision may cost"},
             ),
             "final_error": (where, final.astype(np.float32), {"long_name": "relative error of final_stretch"}),
             "unresolved": (where, unresolved, {"long_name": "1 where the method gave no answer"}),
@@ -156,20 +157,29 @@ def summary(errors: NDArray) -> tuple[NDArray, NDArray]:
         return np.nanmax(errors, axis=1), np.nanmedian(errors, axis=1)
 
 
-def worst_by_regime(data: xr.Dataset, case: str = "auto") -> xr.Dataset:
-    """Return ``ratio`` (regime, rtol), the worst delivered error over rtol, and the number of ``points``.
+def counted(data: xr.Dataset) -> xr.DataArray:
+    """Return errors (case, rtol, point), NaN where double precision does not allow a tenth of the rtol.
 
-    Only points at which double precision allows a tenth of the rtol count: elsewhere it sets the error, not the method.
+    There it sets the error, and not the method.
     """
-    fails = data.fails_later.values == 1
+    return data.error.where(data.allowance < 0.1 * data.rtol).transpose(*data.error.dims)
+
+
+def regimes(data: xr.Dataset) -> tuple[NDArray, list[str]]:
+    """Return "program: regime of the load" of every point, and the list of those in which films fail later."""
     names = np.char.add(np.char.add(data.program.values.astype(str), ": "), data.load_regime.values.astype(str))
-    regimes = list(dict.fromkeys(names[fails]))
-    regimes.sort(key=lambda name: list(PROGRAMS).index(name.split(":")[0]))
-    rtol = data.rtol.values[:, np.newaxis]
-    ratio = np.where(data.allowance.values < 0.1 * rtol, data.delivered.sel(case=case).values / rtol, np.nan)
-    worst = [summary(ratio[:, fails & (names == name)])[0] for name in regimes]
-    points = [int((fails & (names == name)).sum()) for name in regimes]
+    found = list(dict.fromkeys(names[data.fails_later.values == 1]))
+    return names, sorted(found, key=lambda name: list(PROGRAMS).index(name.split(":")[0]))
+
+
+def worst_by_regime(data: xr.Dataset, case: str = "auto") -> xr.Dataset:
+    """Return ``ratio`` (regime, rtol), the worst counted error over rtol, and the number of ``points``."""
+    fails = data.fails_later.values == 1
+    names, found = regimes(data)
+    ratio = (counted(data.sel(case=[case])).isel(case=0) / data.rtol).values
+    worst = [summary(ratio[:, fails & (names == name)])[0] for name in found]
+    points = [int((fails & (names == name)).sum()) for name in found]
     return xr.Dataset(
         {"ratio": (("regime", "rtol"), worst), "points": ("regime", points)},
-        coords={"regime": regimes, "rtol": data.rtol.values},
+        coords={"regime": found, "rtol": data.rtol.values},
     )
