@@ -20,6 +20,8 @@ import numpy as np
 from ._jit import device
 from .model import CRITICAL_LOAD, CRITICAL_U
 
+# Area strain of the relaxed film under its largest load.
+CRITICAL_STRAIN = 4.0 ** (1.0 / 3.0) - 1.0
 # Added to e' so that dy/dv has its limit, zero, at v = 0, where the quotient is 0/0.
 TINY = 1e-150
 # Relative step of the difference that gives df/dy.
@@ -27,14 +29,30 @@ NUDGE = 1e-5
 
 
 @device
-def load_and_flow(v, y, p):
-    """(e, h, u) at a state."""
+def excess_and_flow(v, y, p):
+    """Load over e_C, the largest one of a relaxed film, with ``e - e_C`` accurate relative to itself near it.
+
+    With u* = 4**(-1/3) and d = u - u*, ``u - u**4 = e_C - d**2 (u**2 + 2 u u* + 3 u***2)``. A film that hardly relaxes
+    fails within p of e_C, and whether it reaches a given field is decided there.
+
+    Returns
+    -------
+    e - e_C, h, u, d : float
+    """
     area = 1.0 + v * v
     z = 1.0 - y
     inverse = 1.0 / (area * z)
     u = z * inverse
     h = y * (1.0 + z + z * z) * (area * inverse)
-    return u * u * (v * v * (1.0 + u + u * u) + p * h), h, u
+    d = (CRITICAL_STRAIN - v * v) * (CRITICAL_U * u)
+    return p * u * u * h - d * d * (u * (u + 2.0 * CRITICAL_U) + 3.0 * CRITICAL_U * CRITICAL_U), h, u, d
+
+
+@device
+def stiffness(y, p, h, u, d):
+    """D = -de/du, with ``4 u**3 - 1 = 4 (u**3 - u***3)``."""
+    z = 1.0 - y
+    return 4.0 * d * (u * (u + CRITICAL_U) + CRITICAL_U * CRITICAL_U) + p * u * (3.0 * z * z - h)
 
 
 @device
@@ -68,19 +86,17 @@ def event(v, y, rate_of_y, p, speed):
 
     Returns
     -------
-    e, D, dD/dv, K : float
-        Load, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
+    e - e_C, D, dD/dv, K : float
+        Load over e_C, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
     """
-    load, h, u = load_and_flow(v, y, p)
+    excess, h, u, d = excess_and_flow(v, y, p)
     z = 1.0 - y
     u2 = u * u
     H = 1.0 / (z * z) + 2.0 * z
-    bracket = 3.0 * z * z - h
-    stiffness = 4.0 * u2 * u - 1.0 + p * u * bracket
     du = -2.0 * v * u2
-    change = (12.0 * u2 + p * bracket) * du - p * u * (6.0 * z + H) * rate_of_y
-    load_rate = speed * np.sqrt(load) + TINY
-    return load, stiffness, change, -du * load_rate / (load_rate + 2.0 * p * u2 * u * H * h)
+    change = (12.0 * u2 + p * (3.0 * z * z - h)) * du - p * u * (6.0 * z + H) * rate_of_y
+    load_rate = speed * np.sqrt(u2 * (v * v * (1.0 + u + u2) + p * h)) + TINY
+    return excess, stiffness(y, p, h, u, d), change, -du * load_rate / (load_rate + 2.0 * p * u2 * u * H * h)
 
 
 @device

@@ -19,7 +19,7 @@ STEP = 3  # step length proposed for a climbing lane, aim of a landing one
 TRIAL = 4  # step length of this attempt; zero in a lane that is done
 NEW = 5  # state after this attempt
 EVENT = 6  # what this attempt met
-LOAD = 7  # load at the event
+EXCESS = 7  # load over e_C at the event
 GROWTH = 8  # df/dy of dy/dv = f
 GLOBAL = 9  # estimated error of the state so far: those of the steps, carried on by the linearised equation
 PREVIOUS = 10  # root of the estimated error of the last accepted step over what was allowed
@@ -27,7 +27,7 @@ COUNT = 11  # attempts so far
 # what a lane is given,
 P = 12  # modulus ratio - 1
 SPEED = 13  # 2 k sqrt(e_C)
-TARGET = 14  # load at which to stop; inf for none
+TARGET = 14  # load over e_C at which to stop; inf for none
 TIGHTNESS = 15  # one over the relative error allowed in a step
 SCALE = 16  # size of y against which its errors count, where y itself is larger
 REFERENCE = 17  # size of y against which its errors count, where y itself is smaller
@@ -42,8 +42,8 @@ FIELD = 24  # at which to stop, in Ec
 SLOPES = 25
 
 # What is left of a lane when it is done: rows of the result of a climb.
-REACHED = (V, Y, SLOPES, STEP, LOAD)
-REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_LOAD = range(len(REACHED))
+REACHED = (V, Y, SLOPES, STEP, EXCESS)
+REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_EXCESS = range(len(REACHED))
 
 
 class AreaMethod(NamedTuple):

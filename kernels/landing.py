@@ -13,8 +13,8 @@ from .area import event
 from .area_lanes import (
     AT_INSTABILITY,
     AT_LOAD,
+    EXCESS,
     GLOBAL,
-    LOAD,
     NEW,
     SCALE,
     SLOPES,
@@ -98,7 +98,7 @@ def land(w, i, rtol):
         share = LEFT * rtol * (min(1.0, w[P, i]) if target < math.inf else 1.0)
         if abs(aim * aim * aim) <= share:
             if highest <= target:
-                w[LOAD, i] = highest
+                w[EXCESS, i] = highest
                 w[STATUS, i] = AT_INSTABILITY
             else:
                 w[STATUS, i] = TO_LOAD
@@ -114,7 +114,7 @@ def land(w, i, rtol):
             return False
         aim = 2.0 * gap / (rise + np.sqrt(square))
         if aim * aim <= LEFT * rtol * min(1.0, w[SCALE, i]):
-            w[LOAD, i] = target
+            w[EXCESS, i] = target
             w[STATUS, i] = AT_LOAD
     w[STEP, i] = aim
     # Relative errors of the field and of the stretch at the instability are at most that of r = (1 - y)/u.

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ._jit import device
-from .area import NUDGE, forgotten, growth, load_and_flow, slope, slow_share
+from .area import NUDGE, excess_and_flow, forgotten, growth, slope, slow_share, stiffness
 from .area_lanes import (
     AT_INSTABILITY,
     CLIMBING,
@@ -89,7 +89,7 @@ def prepare(w, i, rtol, share, damping):
     """
     rate, field, p = w[RATE, i], w[FIELD, i], w[P, i]
     speed = 2.0 * rate * np.sqrt(CRITICAL_LOAD)
-    end = CRITICAL_LOAD * field * field
+    end = CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
     w[SPEED, i] = speed
     w[TARGET, i] = end
     # An error of xi**2 at the corner delays the failure by about half of it, in a life that is longer than the ramp;
@@ -101,21 +101,21 @@ def prepare(w, i, rtol, share, damping):
     u = forgotten(p, rate, damping)
     y = slow_share(min(u, 0.97), rate)
     v = np.sqrt(1.0 / u - 1.0)
-    load, _, _ = load_and_flow(v, y, p)
-    late = (u < 0.97) & (load < end)  # slow, and the climb does not end before that
+    excess, _, _, _ = excess_and_flow(v, y, p)
+    late = (u < 0.97) & (excess < end)  # slow, and the climb does not end before that
     v = v if late else 0.0
     y = y if late else 0.0
     reference = min(0.1, slow_share(min(forgotten(p, rate, 1.0), 0.8), rate))
     w[REFERENCE, i] = reference
     f = slope(v, y, p, speed)
-    stiffness = growth(v, y, f, p, speed)
+    grows = growth(v, y, f, p, speed)
     w[START_V, i] = v
     w[START_Y, i] = y
     w[START_SLOPE, i] = f
-    w[START_GROWTH, i] = stiffness
+    w[START_GROWTH, i] = grows
     # On the slow manifold, close to what an explicit method can stand; near v = 0, where y follows v**2 at first,
     # what its reference lets pass.
-    w[START_STEP, i] = 2.0 / abs(stiffness) if late else min(0.1, 0.3 * np.sqrt(reference))
+    w[START_STEP, i] = 2.0 / abs(grows) if late else min(0.1, 0.3 * np.sqrt(reference))
 
 
 @device
@@ -152,10 +152,9 @@ def _make_judge(method: AreaMethod) -> Callable[..., Any]:
             landing = (w[STATUS, i] > CLIMBING) & (w[STATUS, i] < AT_INSTABILITY)
             # Outside 0 < y < 1, where explicit steps that are too long may lead, lie other branches.
             good = (relative <= 1.0) & (y > 0.0) & (y < 1.0)
-            load, h, u = load_and_flow(v, y, w[P, i])
-            z = 1.0 - y
-            D = 4.0 * u * u * u - 1.0 + w[P, i] * u * (3.0 * z * z - h)
-            met = climbing & good & ((D <= 0.0) | (load >= w[TARGET, i]))
+            excess, h, u, d = excess_and_flow(v, y, w[P, i])
+            fallen = stiffness(y, w[P, i], h, u, d) <= 0.0
+            met = climbing & good & (fallen | (excess >= w[TARGET, i]))
             accepted = (climbing | landing) & good & (not met)
             missed = landing & (not good)  # climb on, or go back further, with shorter steps
 
@@ -169,10 +168,10 @@ def _make_judge(method: AreaMethod) -> Callable[..., Any]:
             w[STATUS, i] = CLIMBING if missed & (length > 0.0) else w[STATUS, i]
 
             beside = slope(v, y + NUDGE * size, w[P, i], w[SPEED, i])
-            stiffness = (beside - w[last, i]) * (inverse * (1.0 / NUDGE))
-            carried = w[GLOBAL, i] * _exponential(0.5 * length * (w[GROWTH, i] + stiffness)) + estimate * size
+            grows = (beside - w[last, i]) * (inverse * (1.0 / NUDGE))
+            carried = w[GLOBAL, i] * _exponential(0.5 * length * (w[GROWTH, i] + grows)) + estimate * size
             w[GLOBAL, i] = carried if accepted else w[GLOBAL, i]
-            w[GROWTH, i] = stiffness if accepted else w[GROWTH, i]
+            w[GROWTH, i] = grows if accepted else w[GROWTH, i]
             w[V, i] = v if accepted else w[V, i]
             w[Y, i] = y if accepted else w[Y, i]
             w[SLOPES, i] = w[last, i] if accepted else w[SLOPES, i]

@@ -64,7 +64,7 @@ def _internal(reached, cell, share):
 def _read_ramp(reached, cell, rate, p, result):
     """Write what a cell found at the instability on a ramp; returns its status."""
     r = _internal(reached, cell, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance left
-    load = reached[lane.REACHED_LOAD, cell]
+    load = CRITICAL_LOAD + reached[lane.REACHED_EXCESS, cell]
     field = np.sqrt(load / CRITICAL_LOAD)
     if not field / rate < math.inf:
         return BUDGET_SPENT

@@ -18,6 +18,7 @@ from dea_maps.kernels.tableaus import TABLEAUS
 
 mp = mpmath.MPContext()
 mp.dps = 50
+U_STAR = mp.mpf(4) ** (-mp.mpf(1) / 3)
 E_C = mp.mpf(3) / 4 * mp.mpf(4) ** (-mp.mpf(1) / 3)
 METHODS = {"dop853": make_explicit(TABLEAUS["dop853"]), "dopri5": make_explicit(TABLEAUS["dopri5"]), "radau5": RADAU5}
 
@@ -108,27 +109,40 @@ def test_growth_is_the_derivative_of_the_slope():
 def test_event_is_that_of_the_paper():
     for v, y, p, k in states(100):
         here = along_ramp(v, y, p, k)
-        e, D, change, over_D = area.event(v, y, float(here.dy_dv), p, speed_of(k))
+        excess, D, change, over_D = area.event(v, y, float(here.dy_dv), p, speed_of(k))
         step = mp.mpf(v) / 10**20
         ahead, behind = (along_ramp(v + s, y + s * here.dy_dv, p, k) for s in (step, -step))
         numeric = (ahead.D - behind.D) / (2 * step)
         terms = 1 + p * (1 + v * v)  # D is a difference of terms of this size
-        assert e == pytest.approx(float(here.e), rel=1e-13)
+        assert excess == pytest.approx(float(here.e - E_C), rel=1e-13, abs=1e-15 * p)
         assert abs(D - here.D) <= 1e-14 * terms
         assert abs(change - numeric) <= 1e-12 * (abs(numeric) + terms * v + p * abs(here.dy_dv))
         assert over_D == pytest.approx(float(here.de_dv / here.D), rel=1e-11)
         assert over_D > 0
 
 
-def test_load_and_flow_are_those_of_the_paper():
+def test_excess_and_flow_are_those_of_the_paper():
     for v, y, p, _ in states(100):
         stretch = mp.sqrt(1 + mp.mpf(v) ** 2)
         internal = stretch * mp.sqrt(1 - mp.mpf(y))
-        e, h, u = area.load_and_flow(v, y, p)
+        excess, h, u, d = area.excess_and_flow(v, y, p)
         assert u == pytest.approx(float(stretch**-2), rel=1e-15)
-        assert e == pytest.approx(float(load(stretch, internal, mp.mpf(p))), rel=1e-14)
+        assert d == pytest.approx(float(stretch**-2 - U_STAR), rel=1e-15, abs=1e-15)
         # h is half the rate of xi**2
         assert h == pytest.approx(float(internal * flow(stretch, internal)), rel=1e-14)
+        relaxing = float(p * stretch**-4 * internal * flow(stretch, internal))
+        assert excess == pytest.approx(float(load(stretch, internal, mp.mpf(p)) - E_C), rel=1e-14, abs=1e-14 * relaxing)
+
+
+@pytest.mark.parametrize("p", [1e-15, 1e-12, 1e-6])
+def test_excess_of_a_film_that_hardly_relaxes(p):
+    """Within p of its largest load, where the load itself would be rounded."""
+    for distance in (-1e-9, 0.0, 3e-9):
+        v, y = math.sqrt(float(1 / U_STAR - 1)) + distance, 0.3
+        stretch = mp.sqrt(1 + mp.mpf(v) ** 2)
+        internal = stretch * mp.sqrt(1 - mp.mpf(y))
+        expected = load(stretch, internal, mp.mpf(p)) - E_C
+        assert area.excess_and_flow(v, y, p)[0] == pytest.approx(float(expected), rel=1e-14, abs=1e-24)
 
 
 def relaxation_rate(stretch, p):
@@ -272,7 +286,8 @@ class Ramp:
 def end_of_climb(status, reached, i):
     """Field and xi where a climb ended: its last state is close to the end, the rest is a share of the slope there."""
     share = 1.0 if status[i] == AT_END else 0.5
-    return math.sqrt(reached[area_lanes.REACHED_LOAD, i] / float(E_C)), math.sqrt(scenes._internal(reached, i, share))
+    field = math.sqrt(1 + reached[area_lanes.REACHED_EXCESS, i] / float(E_C))
+    return field, math.sqrt(scenes._internal(reached, i, share))
 
 
 @pytest.mark.parametrize(("m", "k"), [(1.01, 0.01), (4.0, 0.01), (4.0, 1.0), (4.0, 100.0), (100.0, 0.3)])
