@@ -1,6 +1,5 @@
 """The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
 
-import math
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .catalogue import Choice
+from .cuts import Index, cut
 from .kernels import build, lanes, model, programs
 from .kernels import sweep as kernel_rows
 from .programs import Program
@@ -28,9 +28,6 @@ _OUTCOMES = np.full(16, UNRESOLVED, np.int8)
 _OUTCOMES[lanes.SURVIVES] = SURVIVES
 _OUTCOMES[lanes.FAILED] = FAILS_LATER
 _OUTCOMES[lanes.FAILS_AT_ONCE] = FAILS_AT_ONCE
-
-
-Index = tuple[int | np.integer | slice, ...]
 
 
 class Solution(NamedTuple):
@@ -76,17 +73,17 @@ def solve(
     kernel = build.sweep_for(program.name, choice.formulation, choice.method)
     accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
-    parts, part_of = _parts(shape)
+    parts = cut(shape, CHUNK)
 
     def compute(number: int) -> int:
-        index, part = part_of(number)
-        columns = _columns(parameters, index)
+        part = parts.cells(number)
+        columns = _columns(parameters, parts.index(number))
         status = np.empty(part.stop - part.start, np.int8)
         kernel(*columns, *accuracy, status, result[:, part])
         outcome[part] = _OUTCOMES[status]
         return status.size
 
-    _in_threads(compute, range(parts), on_cells)
+    _in_threads(compute, range(parts.count), on_cells)
     columns = [row.reshape(shape) for row in result]
     return Solution(outcome.reshape(shape), *columns)
 
@@ -144,36 +141,6 @@ def margin(
     """``1 - e/e_c(xi)``: zero at the instability, 1 without field; equations (23) and (25)."""
     largest = model.largest_load(internal_stretch**2, modulus_ratio - 1.0)
     return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
-
-
-def _parts(shape: tuple[int, ...]) -> tuple[int, Callable[[int], tuple[Index, slice]]]:
-    """Cut a grid into parts of consecutive cells: some of one dimension, all of those behind it.
-
-    Returns
-    -------
-    count : int
-        Number of parts.
-    part_of : callable
-        ``part_of(number)``: where the part is in the grid, and in the flat order of its cells.
-    """
-    axis, inner = len(shape), 1
-    while axis > 0 and shape[axis - 1] * inner <= CHUNK:
-        axis -= 1
-        inner *= shape[axis]
-    if axis == 0:
-        return 1, lambda number: ((), slice(0, inner))
-    length = shape[axis - 1]
-    longest = -(-length // -(-length * inner // CHUNK))
-    pieces = -(-length // longest)
-    outer = shape[: axis - 1]
-
-    def part_of(number: int) -> tuple[Index, slice]:
-        lead, piece = divmod(number, pieces)
-        rows = slice(piece * longest, min((piece + 1) * longest, length))
-        first = lead * length
-        return (*np.unravel_index(lead, outer), rows), slice((first + rows.start) * inner, (first + rows.stop) * inner)
-
-    return math.prod(outer) * pieces, part_of
 
 
 def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> list[NDArray[np.float64]]:
