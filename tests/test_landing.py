@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+import dea_maps as dm
 from dea_maps.kernels import area_lanes, ramp, scenes
 from dea_maps.kernels.area_explicit import make_explicit
 from dea_maps.kernels.area_implicit import RADAU5
