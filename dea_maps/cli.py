@@ -1,11 +1,13 @@
-"""The command line: ``dea-maps sweep``, ``dea-maps plot`` and ``dea-maps info``."""
+"""The command line: ``dea-maps sweep``, ``plot``, ``info`` and ``fit``."""
 
 import argparse
 import os
+import shlex
 import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import NoReturn
+from typing import Any, NoReturn
 
 _ERROR = "dea-maps: error:"
 _COULD_NOT_FINISH, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
@@ -16,6 +18,7 @@ Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a f
   dea-maps sweep SPEC.toml -o OUT.nc     solve every combination of parameters of a specification
   dea-maps plot OUT.nc -o CHART.png      draw what was found (.png, .svg or .pdf)
   dea-maps info OUT.nc                   say what was found
+  dea-maps fit DATA.csv [-o FIT.png]     fit a material to curves of uniaxial tension
 """
 
 _EXAMPLE = """\
@@ -87,8 +90,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return stop.code if isinstance(stop.code, int) else 0
     except _InputError as error:
         return _fail(_BAD_INPUT, str(error))
-    except KeyboardInterrupt:
-        return _fail(_INTERRUPTED, "interrupted")
+    except KeyboardInterrupt as interrupt:
+        words = sys.argv[1:] if argv is None else argv
+        again = f"; {interrupt}; to go on: {shlex.join(['dea-maps', *words])}" if interrupt.args else ""
+        return _fail(_INTERRUPTED, f"interrupted{again}")
     except BrokenPipeError:  # whoever read standard output has gone: nothing more to tell them
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _COULD_NOT_FINISH
@@ -126,7 +131,14 @@ def _parser() -> argparse.ArgumentParser:
     sweep = verbs.add_parser("sweep", help="solve every combination of parameters of a specification")
     sweep.add_argument("specification", metavar="SPEC.toml", help="see dea-maps --help for an example")
     sweep.add_argument("-o", "--output", metavar="OUT.nc", required=True, help="NetCDF file to write or replace")
-    sweep.add_argument("--dry-run", action="store_true", help="check all, say how large the result is, and stop")
+    sweep.add_argument("--variables", metavar="NAME,NAME", help="variables to store (default: all)")
+    sweep.add_argument("--dtype", choices=("float64", "float32"), default="float64", help="what maps are stored as")
+    sweep.add_argument("--engine", choices=("threads", "dask"), default="threads", help="what computes")
+    sweep.add_argument("--scheduler", metavar="ADDR", help="of a Dask cluster (default: one on this machine)")
+    sweep.add_argument("--memory", metavar="SIZE", help="to be used at most, as 2GiB (default: 1GiB)")
+    sweep.add_argument("--fresh", action="store_true", help="do not go on from the parts of an interrupted run")
+    sweep.add_argument("--quick", action="store_true", help="thin the grid to 10 values a parameter, for a first look")
+    sweep.add_argument("--dry-run", action="store_true", help="check all, say how much it is and takes, and stop")
     sweep.add_argument("--quiet", action="store_true", help="print nothing but errors")
     sweep.set_defaults(run=_sweep)
 
@@ -138,26 +150,41 @@ def _parser() -> argparse.ArgumentParser:
     info = verbs.add_parser("info", help="say what a sweep found")
     info.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
     info.set_defaults(run=_info)
+
+    fit = verbs.add_parser("fit", help="fit both moduli and the relaxation time to curves of uniaxial tension")
+    fit.add_argument("data", metavar="DATA.csv", help="columns stretch_rate (1/s), stretch and nominal_stress (Pa)")
+    fit.add_argument("-o", "--output", metavar="FIT.png", help="chart of data and fit: .png, .svg or .pdf")
+    fit.add_argument(
+        "--noise", choices=("constant", "proportional"), default="constant", help="what the scatter of the stress is"
+    )
+    fit.set_defaults(run=_fit)
     return parser
 
 
 def _sweep(arguments: argparse.Namespace) -> None:
-    from .spec import read_specification
-    from .storage import check_writable, open_map
+    from .disk import planned_file, sweep_to_netcdf
+    from .spec import read_specification, thinned
+    from .storage import open_map
     from .summary import describe_plan, one_line
-    from .sweeping import planned, sweep_to_netcdf
 
+    storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
     with _checking_input():
         spec = read_specification(arguments.specification)
-        grid, choice = planned(spec.program, **spec.parameters, **spec.accuracy)
-        check_writable(arguments.output)
+        if arguments.variables is not None:
+            storing["variables"] = arguments.variables.split(",")
+        parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
+        asked = {**parameters, **spec.accuracy, **storing}
+        plan = planned_file(arguments.output, spec.program, **asked)
         if os.path.exists(arguments.output) and os.path.samefile(arguments.output, arguments.specification):
             raise ValueError(f"cannot write {arguments.output}: it is the specification itself")
     if arguments.dry_run:
-        print(describe_plan(grid, choice))
+        print(describe_plan(plan))
         return
     progress = sys.stderr.isatty() and not arguments.quiet
-    sweep_to_netcdf(arguments.output, spec.program, **spec.parameters, **spec.accuracy, progress=progress)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
+        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
             print(f"{arguments.output}: {one_line(ds)}")
@@ -182,3 +209,19 @@ def _info(arguments: argparse.Namespace) -> None:
         ds = open_map(arguments.map)
     with ds:
         print(describe(ds))
+
+
+def _fit(arguments: argparse.Namespace) -> None:
+    from .charts import check_chart_path, save
+    from .fit_chart import draw_fit
+    from .fitting import fit_uniaxial
+    from .tension_curves import read_curves
+
+    with _checking_input():
+        curves = read_curves(arguments.data)
+        if arguments.output is not None:
+            check_chart_path(arguments.output)
+    fit = fit_uniaxial(curves, noise=arguments.noise)
+    print(fit.summary())
+    if arguments.output is not None:
+        save(draw_fit(fit), arguments.output)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .catalogue import Choice
 from .grid import Grid
 from .nomenclature import OUTCOMES, VARIABLES, cf_attributes
 
@@ -22,6 +23,13 @@ _PAPER = (
     "Zhao, Koh, Suo (2011): Nonequilibrium thermodynamics of dielectric elastomers, "
     "International Journal of Applied Mechanics 3(2), 203-217"
 )
+
+
+def provenance_of(choice: Choice) -> dict[str, str | float]:
+    """Return how a sweep is computed, as global attributes of its data set."""
+    given = {"rtol": choice.rtol, "step": choice.step}
+    accuracy = {name: value for name, value in given.items() if value is not None}
+    return {"method": choice.method, "formulation": choice.formulation, **accuracy}
 
 
 def make_dataset(grid: Grid, solution: "Solution", provenance: Mapping[str, str | float]) -> xr.Dataset:

@@ -13,9 +13,13 @@ from .catalogue import Choice
 from .cuts import Index, cut
 from .kernels import build, lanes, model, programs
 from .kernels import sweep as kernel_rows
+from .kernels._jit import FINGERPRINT
 from .programs import Program
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
+
+KERNELS = FINGERPRINT
+"""Hash of the sources of the kernels: another one may be another result."""
 
 # Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
 CHUNK = 4096
@@ -47,6 +51,7 @@ def solve(
     choice: Choice,
     *,
     on_cells: Callable[[int], object] | None = None,
+    threads: int | None = None,
 ) -> Solution:
     """Compute every cell of a grid.
 
@@ -60,6 +65,8 @@ def solve(
         Method, formulation and accuracy.
     on_cells : callable, optional
         Called, in the calling thread, with the number of cells finished since its last call.
+    threads : int, optional
+        How many to compute on; by default as many as Numba would use.
 
     Returns
     -------
@@ -83,7 +90,7 @@ def solve(
         outcome[part] = _OUTCOMES[status]
         return status.size
 
-    _in_threads(compute, range(parts.count), on_cells)
+    _in_threads(compute, range(parts.count), on_cells, threads)
     columns = [row.reshape(shape) for row in result]
     return Solution(outcome.reshape(shape), *columns)
 
@@ -117,7 +124,7 @@ def trace(
         kernel(*columns, times, rtol, ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
         return 1
 
-    _in_threads(compute, range(cells), None)
+    _in_threads(compute, range(cells))
     shape = (*ratio.shape, times.size)
     return stretch.reshape(shape), internal.reshape(shape)
 
@@ -143,6 +150,11 @@ def margin(
     return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
 
 
+def default_threads() -> int:
+    """Return as many threads as Numba would use: NUMBA_NUM_THREADS, or the number of cores."""
+    return int(numba.config.NUMBA_NUM_THREADS)
+
+
 def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> list[NDArray[np.float64]]:
     """Return field, rate and modulus ratio of the cells of a part; zeros for what the program does not take."""
     columns = [np.atleast_1d(parameters[name][index]).flatten() if name in parameters else None for name in NAMES]
@@ -151,9 +163,12 @@ def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> lis
 
 
 def _in_threads(
-    compute: Callable[[int], int], starts: range, on_cells: Callable[[int], object] | None
+    compute: Callable[[int], int],
+    starts: range,
+    on_cells: Callable[[int], object] | None = None,
+    threads: int | None = None,
 ) -> None:
-    """Call ``compute`` for every start on as many threads as Numba would use; an error or Ctrl-C stops them all."""
+    """Call ``compute`` for every start on some threads, or all; an error or Ctrl-C stops them all."""
     remaining = iter(starts)
     finished = 0
     stop = threading.Event()
@@ -169,7 +184,7 @@ def _in_threads(
 
     lock = threading.Lock()
     reported = 0
-    threads = max(1, min(numba.config.NUMBA_NUM_THREADS, len(starts)))
+    threads = max(1, min(threads or default_threads(), len(starts)))
     with ThreadPoolExecutor(threads) as pool:
         try:
             pending = {pool.submit(work) for _ in range(threads)}

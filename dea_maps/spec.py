@@ -85,6 +85,22 @@ def read_specification(path: PathLike) -> Specification:
         raise ValueError(f"{file}: {error}") from None
 
 
+def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
+    """Return the parameters of a specification with fewer values, the first and the last among them.
+
+    Examples
+    --------
+    >>> thinned({"field": list(range(100)), "rate": 1.0}, 4)
+    {'field': [0, 33, 66, 99], 'rate': 1.0}
+    """
+    fewer = dict(parameters)
+    for name, values in parameters.items():
+        if isinstance(values, list | np.ndarray) and len(values) > most:
+            chosen = np.linspace(0, len(values) - 1, most).round().astype(int)
+            fewer[name] = [values[i] for i in chosen]
+    return fewer
+
+
 def _specification(document: Mapping[str, Any]) -> Specification:
     _check_keys("the file", document, ("program", "grid"), ("accuracy",), noun="table")
     for name, table in document.items():

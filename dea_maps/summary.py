@@ -1,16 +1,17 @@
 """What a map holds, in words for a terminal."""
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
-from .catalogue import Choice
-from .dataset import CELL_BYTES
-from .grid import Grid
+from .cuts import cut
 from .nomenclature import OUTCOMES, PARAMETERS, VARIABLES
+from .streaming import Plan, estimated_seconds
 
 _WIDTH = 27
+_BLOCK = 2**22  # cells read at once
 
 
 def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
@@ -32,7 +33,8 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     >>> outcome_counts(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     {'survives': 1, 'fails_later': 2, 'fails_at_once': 0, 'unresolved': 0}
     """
-    counts = np.bincount(ds["outcome"].values.ravel(), minlength=len(OUTCOMES))
+    none = np.zeros(len(OUTCOMES), np.int64)
+    counts = sum((np.bincount(block.ravel(), minlength=none.size) for block in _blocks(ds["outcome"])), none)
     return dict(zip(OUTCOMES, counts.tolist(), strict=True))
 
 
@@ -90,35 +92,34 @@ def describe(ds: xr.Dataset) -> str:
     return "\n".join(lines)
 
 
-def describe_plan(grid: Grid, choice: Choice) -> str:
-    """Return what a sweep would do and how large its result would be, on several lines.
+def describe_plan(plan: Plan) -> str:
+    """Return what a sweep to a file would do, how large it would be and how long it would take, on several lines.
 
     Parameters
     ----------
-    grid : Grid
-        Its cells.
-    choice : Choice
-        How they would be solved.
+    plan : Plan
+        From `dea_maps.disk.planned_file`.
 
     Examples
     --------
+    >>> from dea_maps.disk import planned_file
     >>> from dea_maps.programs import Step
-    >>> from dea_maps.sweeping import planned
-    >>> print(describe_plan(*planned(Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[2])
+    >>> print(describe_plan(planned_file("map.nc", Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[2])
     cells                      2
     """
-    size = grid.cells * CELL_BYTES
+    grid, choice = plan.grid, plan.choice
+    widths = [1 if name == "outcome" else np.dtype(plan.dtype).itemsize for name in plan.variables]
+    size = grid.cells * sum(widths)
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     return "\n".join(
         [
             _row("program", grid.program.name),
             _row("dimensions", _lengths(dict(zip(grid.dims, grid.shape, strict=True)))),
             _row("cells", f"{grid.cells:,}"),
-            _row(
-                "bytes in memory",
-                f"{size:,} ({size / 2**20:,.1f} MiB; fewer in the file, which is compressed)",
-            ),
+            _row("bytes", f"{size:,} ({size / 2**20:,.1f} MiB; fewer in the file, which is compressed)"),
+            _row("parts", f"{plan.parts.count:,}"),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
+            _row("estimated time", f"{estimated_seconds(plan):.2g} s on this machine"),
         ]
     )
 
@@ -128,10 +129,18 @@ def _lengths(sizes: Mapping[Hashable, int]) -> str:
 
 
 def _range(array: xr.DataArray) -> str:
-    least, greatest = float(array.min()), float(array.max())
-    if np.isnan(least):
+    ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
+    if not ends:
         return "no value in any cell"
+    least, greatest = min(low for low, _ in ends), max(high for _, high in ends)
     return f"{least:.6g}" if least == greatest else f"{least:.6g} to {greatest:.6g}"
+
+
+def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:
+    """Yield the values of a map that may be larger than memory."""
+    parts = cut(array.shape, _BLOCK)
+    for number in range(parts.count):
+        yield array[parts.index(number)].values
 
 
 def _row(name: str, value: str) -> str:

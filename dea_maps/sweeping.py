@@ -1,23 +1,17 @@
-"""Sweeps: every cell of a grid solved, in memory or to a file."""
+"""Sweeps in memory: every cell of a grid solved."""
 
 import os
-from collections.abc import Iterable
-from typing import Literal
+from typing import NoReturn
 
 import xarray as xr
 from tqdm import tqdm
 
 from .catalogue import Choice, choose
-from .dataset import CELL_BYTES, make_dataset, reduced
+from .dataset import CELL_BYTES, make_dataset, provenance_of
 from .grid import Grid, make_grid
-from .nomenclature import VARIABLES
-from .parameters import ParameterLike, brief
+from .parameters import ParameterLike
 from .programs import Program
 from .solve import Solution, solve
-from .storage import PathLike, check_writable, write_dataset
-
-DTYPES = ("float64", "float32")
-"""What the maps of a file may be stored as."""
 
 
 def planned(
@@ -128,109 +122,13 @@ def sweep(
         formulation=formulation,
         step=step,
     )
-    given = {"rtol": choice.rtol, "step": choice.step}
-    accuracy = {name: value for name, value in given.items() if value is not None}
-    provenance: dict[str, str | float] = {
-        "method": choice.method,
-        "formulation": choice.formulation,
-        **accuracy,
-    }
-    return make_dataset(grid, _solved(grid, choice, progress), provenance)
+    return make_dataset(grid, _solved(grid, choice, progress), provenance_of(choice))
 
 
-def sweep_to_netcdf(
-    path: PathLike,
-    program: Program,
-    *,
-    modulus_ratio: ParameterLike,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
-    rtol: float = 1e-6,
-    method: str = "auto",
-    formulation: str = "auto",
-    step: float | None = None,
-    progress: bool = False,
-    variables: Iterable[str] | None = None,
-    dtype: Literal["float64", "float32"] = "float64",
-    engine: str = "threads",
-    scheduler: str | None = None,
-    memory: str | int | None = None,
-    fresh: bool = False,
-) -> None:
-    """Write the data set of a sweep to a NetCDF-4 file.
-
-    The file is only ever absent, the old one or the complete new one.
-
-    Parameters
-    ----------
-    path : str or path-like
-        The file to write, in a folder that exists.
-    program, modulus_ratio, field, rate, rtol, method, formulation, step, progress
-        As in `sweep`.
-    variables : iterable of str, optional
-        Names of the variables to keep; by default all.
-    dtype : {"float64", "float32"}
-        What the maps are stored as; the coordinates stay float64.
-    engine : {"threads"}
-        What computes: threads of this process.
-    scheduler, memory, fresh
-        For engines to come; their defaults alone are allowed.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `sweep`, and if an argument of this function is not allowed; before computing.
-    OSError
-        If the file cannot be written; what can be known beforehand, before computing.
-    MemoryError
-        If the result does not fit in memory.
-
-    Examples
-    --------
-    >>> import dea_maps as dm, os, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     dm.sweep_to_netcdf(os.path.join(folder, "map.nc"), dm.Ramp(), rate=[0.1, 1.0], modulus_ratio=4.0)
-    ...     os.listdir(folder)
-    ['map.nc']
-    """
-    if not isinstance(path, str | os.PathLike):
-        raise TypeError(f"path must be a string or path-like; got {brief(path)}")
-    kept = _kept(variables)
-    if dtype not in DTYPES:
-        raise ValueError(f"dtype must be one of {', '.join(DTYPES)}; got {brief(dtype)}")
-    if engine != "threads":
-        raise ValueError(f"engine must be 'threads'; got {brief(engine)}")
-    for name, value in {"scheduler": scheduler, "memory": memory, "fresh": fresh or None}.items():
-        if value is not None:
-            raise ValueError(f"{name} must keep its default with the engine 'threads'; got {brief(value)}")
-    check_writable(path)
-    ds = sweep(
-        program,
-        modulus_ratio=modulus_ratio,
-        field=field,
-        rate=rate,
-        rtol=rtol,
-        method=method,
-        formulation=formulation,
-        step=step,
-        progress=progress,
-    )
-    write_dataset(reduced(ds, kept, dtype), path)
-
-
-def _kept(variables: Iterable[str] | None) -> list[str]:
-    """Return the names of the variables to keep, in the order of the data set."""
-    if variables is None:
-        return list(VARIABLES)
-    if isinstance(variables, str) or not isinstance(variables, Iterable):
-        raise TypeError(f"variables must be names in a list or the like; got {brief(variables)}")
-    wanted = list(variables)
-    if not wanted:
-        raise ValueError("variables must name at least one variable; got none")
-    for name in wanted:
-        if name not in VARIABLES:
-            raise ValueError(f"variables must be among {', '.join(VARIABLES)}; got {brief(name)}")
-    return [name for name in VARIABLES if name in wanted]
+def progress_bar(grid: Grid) -> "tqdm[NoReturn]":
+    """Draw cells done, rate and time left on standard error."""
+    # nrows: where a terminal does not know its size, tqdm would show nothing.
+    return tqdm(total=grid.cells, unit=" cells", unit_scale=True, desc=grid.program.name, nrows=2)
 
 
 def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
@@ -242,8 +140,7 @@ def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
     try:
         if not progress:
             return solve(grid.program, grid.parameters, choice, on_cells=None)
-        # nrows: where a terminal does not know its size, tqdm would show nothing.
-        with tqdm(total=grid.cells, unit=" cells", unit_scale=True, desc=grid.program.name, nrows=2) as bar:
+        with progress_bar(grid) as bar:
             return solve(grid.program, grid.parameters, choice, on_cells=bar.update)
     except MemoryError as error:
         raise MemoryError(refusal) from error

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps import sweeping
+from dea_maps import engines, sweeping
 
 STEP = {"field": [0.9, 1.2, 1.5, 2.5], "modulus_ratio": 4.0}
 
@@ -59,24 +59,6 @@ def test_fixed_step_method_records_its_step():
     assert "rtol" not in ds.attrs
 
 
-def test_file_is_what_the_data_set_would_write(tmp_path):
-    dm.sweep(dm.Step(), **STEP).to_netcdf(tmp_path / "one.nc")
-    assert dm.sweep_to_netcdf(tmp_path / "other.nc", dm.Step(), **STEP) is None
-    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "other.nc").read_bytes()
-    xr.testing.assert_identical(xr.load_dataset(tmp_path / "other.nc"), dm.sweep(dm.Step(), **STEP))
-
-
-def test_file_with_some_variables_in_single_precision(tmp_path):
-    path = str(tmp_path / "map.nc")
-    wanted = ["time_to_failure", "outcome"]
-    dm.sweep_to_netcdf(path, dm.Step(), **STEP, variables=wanted, dtype="float32")
-    ds = xr.load_dataset(path)
-    assert list(ds.data_vars) == ["outcome", "time_to_failure"]
-    assert ds.time_to_failure.dtype == np.float32
-    expected = dm.sweep(dm.Step(), **STEP).time_to_failure.astype(np.float32)
-    np.testing.assert_array_equal(ds.time_to_failure, expected)
-
-
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
@@ -90,38 +72,11 @@ def test_file_with_some_variables_in_single_precision(tmp_path):
 )
 def test_bad_input_is_refused_before_solving(arguments, error, message, monkeypatch, tmp_path):
     monkeypatch.setattr(sweeping, "solve", no_solving)
+    monkeypatch.setattr(engines, "solve", no_solving)
     for call in (dm.sweep, lambda *args, **kwargs: dm.sweep_to_netcdf(tmp_path / "map.nc", *args, **kwargs)):
         with pytest.raises(error, match=message) as caught:
             call(dm.Step(), **{**STEP, **arguments})
         assert "\n" not in str(caught.value)
-    assert os.listdir(tmp_path) == []
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        ({"path": 3}, TypeError, "path must be a string or path-like; got 3"),
-        (
-            {"path": "absent/map.nc"},
-            FileNotFoundError,
-            "cannot write absent/map.nc: there is no folder absent",
-        ),
-        ({"variables": "outcome"}, TypeError, "variables must be names in a list or the like; got 'outcome'"),
-        ({"variables": 3}, TypeError, "variables must be names in a list or the like; got 3"),
-        ({"variables": []}, ValueError, "variables must name at least one variable; got none"),
-        ({"variables": ["time"]}, ValueError, "variables must be among outcome, .*; got 'time'"),
-        ({"dtype": "float16"}, ValueError, "dtype must be one of float64, float32; got 'float16'"),
-        ({"engine": "dask"}, ValueError, "engine must be 'threads'; got 'dask'"),
-        ({"scheduler": "tcp://host:1"}, ValueError, "scheduler must keep its default"),
-        ({"memory": "2GiB"}, ValueError, "memory must keep its default"),
-        ({"fresh": True}, ValueError, "fresh must keep its default with the engine 'threads'; got True"),
-    ],
-)
-def test_bad_arguments_of_a_file_are_refused_before_solving(arguments, error, message, monkeypatch, tmp_path):
-    monkeypatch.setattr(sweeping, "solve", no_solving)
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(error, match=message):
-        dm.sweep_to_netcdf(**{"path": "map.nc", "program": dm.Step(), **STEP, **arguments})
     assert os.listdir(tmp_path) == []
 
 
@@ -141,18 +96,6 @@ def test_memory_that_runs_out_is_reported_in_one_line(monkeypatch):
     for progress in (False, True):
         with pytest.raises(MemoryError, match=r"the result of 4 cells needs 0\.0 GiB of memory: more than there is"):
             dm.sweep(dm.Step(), **STEP, progress=progress)
-
-
-def test_an_interrupted_sweep_leaves_the_old_file(monkeypatch, tmp_path):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    (tmp_path / "map.nc").write_text("old")
-    monkeypatch.setattr(sweeping, "solve", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        dm.sweep_to_netcdf(tmp_path / "map.nc", dm.Step(), **STEP)
-    assert (tmp_path / "map.nc").read_text() == "old"
-    assert os.listdir(tmp_path) == ["map.nc"]
 
 
 def test_progress_counts_finished_cells_on_standard_error(capsys):

@@ -1,0 +1,191 @@
+"""Sweeps to files, larger than memory, that go on where they were interrupted."""
+
+import os
+import re
+from collections.abc import Iterable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, Literal
+
+from .engines import ENGINES
+from .nomenclature import VARIABLES
+from .parameters import ParameterLike, brief
+from .programs import Program
+from .storage import PathLike, check_writable, write_dataset
+from .streaming import Plan, make_plan, stream
+from .sweeping import planned, progress_bar
+
+DTYPES = ("float64", "float32")
+"""What the maps of a file may be stored as."""
+DEFAULT_MEMORY = 2**30
+SMALLEST_MEMORY = 2**24
+
+
+def sweep_to_netcdf(
+    path: PathLike,
+    program: Program,
+    *,
+    modulus_ratio: ParameterLike,
+    field: ParameterLike | None = None,
+    rate: ParameterLike | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    formulation: str = "auto",
+    step: float | None = None,
+    progress: bool = False,
+    variables: Iterable[str] | None = None,
+    dtype: Literal["float64", "float32"] = "float64",
+    engine: Literal["threads", "dask"] = "threads",
+    scheduler: str | None = None,
+    memory: str | int | None = None,
+    fresh: bool = False,
+) -> None:
+    """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
+
+    The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
+    complete new one. Finished parts wait in ``<path>.parts/``; the same call after an interruption goes on from them.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file to write, in a folder that exists.
+    program, modulus_ratio, field, rate, rtol, method, formulation, step, progress
+        As in `sweep`.
+    variables : iterable of str, optional
+        Names of the variables to keep; by default all.
+    dtype : {"float64", "float32"}
+        What the maps are stored as; the coordinates stay float64. Rounding is the last thing done.
+    engine : {"threads", "dask"}
+        What computes: threads of this process, or a dask.distributed cluster (extra ``distributed``).
+    scheduler : str, optional
+        Address of the cluster, as ``"tcp://host:8786"``; by default one on this machine.
+    memory : int or str, optional
+        Bytes that may be used beside those of the interpreter and the parameters, as ``2**30`` or ``"1GiB"``, which is
+        the default; at least 16 MiB.
+    fresh : bool
+        Whether to begin anew even where finished parts are there.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `sweep`, and if an argument of this function is not allowed; before computing.
+    OSError
+        If the file cannot be written, or another sweep is writing it; what can be known beforehand, before computing.
+        Parts that are finished stay.
+
+    Warns
+    -----
+    UserWarning
+        Names every part that is damaged or of another sweep; it is computed again.
+
+    Examples
+    --------
+    >>> import dea_maps as dm, os, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     dm.sweep_to_netcdf(os.path.join(folder, "map.nc"), dm.Ramp(), rate=[0.1, 1.0], modulus_ratio=4.0)
+    ...     os.listdir(folder)
+    ['map.nc']
+    """
+    plan = planned_file(
+        path,
+        program,
+        modulus_ratio=modulus_ratio,
+        field=field,
+        rate=rate,
+        rtol=rtol,
+        method=method,
+        formulation=formulation,
+        step=step,
+        variables=variables,
+        dtype=dtype,
+        engine=engine,
+        scheduler=scheduler,
+        memory=memory,
+    )
+    if plan.grid.cells == 0:
+        write_dataset(plan.hollow(), plan.path)
+        return
+    with progress_bar(plan.grid) if progress else nullcontext() as bar:
+        stream(plan, engine=engine, scheduler=scheduler, fresh=fresh, on_cells=bar.update if bar else _nothing)
+
+
+def planned_file(
+    path: PathLike,
+    program: Program,
+    *,
+    variables: Iterable[str] | None = None,
+    dtype: str = "float64",
+    engine: str = "threads",
+    scheduler: str | None = None,
+    memory: str | int | None = None,
+    **asked: Any,
+) -> Plan:
+    """Return what `sweep_to_netcdf` would do, with everything checked and nothing computed.
+
+    Parameters
+    ----------
+    path, program, variables, dtype, engine, scheduler, memory
+        As in `sweep_to_netcdf`.
+    **asked
+        The parameters and the accuracy, as in `sweep`.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        As in `sweep_to_netcdf`.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a string or path-like; got {brief(path)}")
+    kept = _kept(variables)
+    for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
+        if value not in allowed:
+            raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
+    if scheduler is not None and engine != "dask":
+        raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
+    grid, choice = planned(program, **asked)
+    room = _bytes(memory)
+    check_writable(path)
+    return make_plan(Path(path), grid, choice, kept, dtype, room)
+
+
+def _nothing(cells: int) -> None:
+    """Draw no progress."""
+
+
+def _bytes(memory: str | int | None) -> int:
+    """Return an amount of memory in bytes."""
+    if memory is None:
+        return DEFAULT_MEMORY
+    allowed = "memory must be a number of bytes or a string as '2GiB', at least 16 MiB"
+    if isinstance(memory, str):
+        match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kMGT]i?)?B?\s*", memory)
+        if match is None:
+            raise ValueError(f"{allowed}; got {brief(memory)}")
+        unit = match[2] or ""
+        size = int(float(match[1]) * (1024 if unit.endswith("i") else 1000) ** " kMGT".index(unit[:1] or " "))
+    elif isinstance(memory, int) and not isinstance(memory, bool):
+        size = memory
+    else:
+        raise TypeError(f"{allowed}; got {brief(memory)}")
+    if size < SMALLEST_MEMORY:
+        raise ValueError(f"{allowed}; got {brief(memory)}")
+    return size
+
+
+def _kept(variables: Iterable[str] | None) -> tuple[str, ...]:
+    """Return the names of the variables to keep, in the order of the data set."""
+    if variables is None:
+        return tuple(VARIABLES)
+    if isinstance(variables, str) or not isinstance(variables, Iterable):
+        raise TypeError(f"variables must be names in a list or the like; got {brief(variables)}")
+    wanted = list(variables)
+    if not wanted:
+        raise ValueError("variables must name at least one variable; got none")
+    for name in wanted:
+        if name not in VARIABLES:
+            raise ValueError(f"variables must be among {', '.join(VARIABLES)}; got {brief(name)}")
+    return tuple(name for name in VARIABLES if name in wanted)

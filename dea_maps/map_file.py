@@ -1,0 +1,92 @@
+"""A NetCDF-4 map written part by part: what ``Dataset.to_netcdf`` would write, without all of it in memory."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from .cuts import Cut, Index
+
+
+class MapFile:
+    """A file that has its dimensions, coordinates and attributes, and takes the values of its variables.
+
+    All calls of one file must come from one thread.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write; an old one is replaced.
+    hollow : Dataset
+        The map without its values: its variables may be views of a single number.
+    chunks : Cut
+        How the variables are cut into chunks within the file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+
+    def __init__(self, path: Path, hollow: xr.Dataset, chunks: Cut) -> None:
+        self.path = path
+        path.unlink(missing_ok=True)
+        names = list(hollow.data_vars)
+        # xarray writes the coordinates, and shows on a map of one cell how it would write the variables.
+        one_cell = path.with_name(f"{path.name}.cell")
+        try:
+            hollow.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
+            hollow.isel({dim: slice(0, 1) for dim in hollow.dims}).to_netcdf(one_cell, engine="netcdf4")
+            self._file = netCDF4.Dataset(path, "a")
+            self._file.set_auto_maskandscale(False)
+            with netCDF4.Dataset(one_cell) as pattern:
+                if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
+                    self._file.delncattr("coordinates")
+                for dim in hollow.dims:
+                    if dim not in self._file.dimensions:
+                        self._file.createDimension(dim, hollow.sizes[dim])
+                for name in names:
+                    self._define(pattern[name], chunks)
+        except RuntimeError as error:
+            raise OSError(f"cannot write {path}: {error}") from error
+        finally:
+            one_cell.unlink(missing_ok=True)
+
+    def _define(self, pattern: netCDF4.Variable, chunks: Cut) -> None:
+        """Make a variable like that of the map of one cell."""
+        attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
+        storage = {key: pattern.filters()[key] for key in ("zlib", "shuffle", "fletcher32")} if pattern.ndim else {}
+        variable = self._file.createVariable(
+            pattern.name,
+            pattern.dtype,
+            pattern.dimensions,
+            **storage,
+            complevel=1,
+            chunksizes=chunks.part_shape if pattern.ndim else None,
+            fill_value=attributes.pop("_FillValue", False),
+        )
+        variable.set_auto_maskandscale(False)
+        variable.setncatts(attributes)
+
+    def write(self, index: Index, arrays: Mapping[str, NDArray[np.generic]]) -> None:
+        """Write the values of a part: where it is in the grid, and one array a variable, in the order of the cells."""
+        try:
+            for name, values in arrays.items():
+                variable = self._file[name]
+                variable[index if index else ...] = values.reshape(np.shape(_hollow(variable.shape)[index]))
+        except RuntimeError as error:  # how netCDF4 reports what HDF5 could not do, such as filling a full disk
+            raise OSError(f"cannot write {self.path}: {error}") from error
+
+    def close(self) -> None:
+        """Write what is still in memory."""
+        try:
+            self._file.close()
+        except RuntimeError as error:
+            raise OSError(f"cannot write {self.path}: {error}") from error
+
+
+def _hollow(shape: tuple[int, ...]) -> NDArray[np.generic]:
+    return np.broadcast_to(np.int8(0), shape)

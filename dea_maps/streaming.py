@@ -1,0 +1,211 @@
+"""A sweep to a file, part by part: what is finished survives whatever ends the run."""
+
+import hashlib
+import os
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from .catalogue import Choice
+from .cuts import Cut, cut
+from .dataset import CELL_BYTES, make_dataset, provenance_of, reduced
+from .engines import Dask, Pending, Task, Threads, task_of
+from .grid import Grid
+from .map_file import MapFile
+from .nomenclature import VARIABLES
+from .parts import Arrays, Parts, locked_parts
+from .solve import KERNELS, Solution, default_threads, solve
+from .storage import sync
+
+# Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
+# is large enough for the disk.
+PART_CELLS = 500_000
+# Cells of a chunk within the file: half a megabyte of float64.
+CHUNK_CELLS = 65_536
+# Cells solved to estimate how long a sweep takes.
+SAMPLE = 2000
+# Parts in memory at once: being computed, converted, saved, written, and waiting for that.
+PARTS_IN_MEMORY = 8
+# Saves and writes that may wait for the disk before the computing does.
+WAITING = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """All that a sweep to a file is.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    grid : Grid
+        The cells.
+    choice : Choice
+        How they are solved.
+    variables : tuple of str
+        What is kept.
+    dtype : str
+        What the maps are stored as.
+    chunks, parts : Cut
+        Of the grid: within the file, and for computing.
+    """
+
+    path: Path
+    grid: Grid
+    choice: Choice
+    variables: tuple[str, ...]
+    dtype: str
+    chunks: Cut
+    parts: Cut
+
+    def hollow(self) -> xr.Dataset:
+        """Return the map without its values: views of single numbers."""
+        kinds = (np.int8 if name == "outcome" else np.dtype(self.dtype) for name in VARIABLES)
+        solution = Solution(*(np.broadcast_to(np.zeros((), kind), self.grid.shape) for kind in kinds))
+        whole = make_dataset(self.grid, solution, provenance_of(self.choice))
+        return reduced(whole, list(self.variables), self.dtype)
+
+    def task(self, number: int) -> Task:
+        """Return a part as something to be computed."""
+        return task_of(self.grid, self.parts.index(number), self.choice, self.variables, self.dtype)
+
+    def cells(self, number: int) -> int:
+        """Return the number of cells of a part."""
+        part = self.parts.cells(number)
+        return part.stop - part.start
+
+    def identity(self) -> str:
+        """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
+        digest = hashlib.sha256()
+        known = (self.grid.program, self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
+        digest.update(repr((*known, self.parts, KERNELS)).encode())
+        for name, array in self.grid.parameters.items():
+            own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
+            digest.update(repr((name, own.shape)).encode() + np.ascontiguousarray(own).tobytes())
+        return digest.hexdigest()
+
+
+def make_plan(
+    path: Path, grid: Grid, choice: Choice, variables: tuple[str, ...], dtype: str, memory: int
+) -> Plan:
+    """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
+    chunks = cut(grid.shape, CHUNK_CELLS)
+    most = max(1, min(PART_CELLS, memory // (PARTS_IN_MEMORY * CELL_BYTES)))
+    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks))
+
+
+def estimated_seconds(plan: Plan) -> float:
+    """Return how long the computing would take on this machine, from a short measurement on cells of the grid."""
+    some = np.random.default_rng(0).integers(plan.grid.cells, size=SAMPLE)
+    index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
+    sample = {name: np.array(array[index], ndmin=1) for name, array in plan.grid.parameters.items()}
+    seconds = []
+    for _ in range(2):  # the first time also compiles, or reads the machine code
+        start = time.perf_counter()
+        solve(plan.grid.program, sample, plan.choice, threads=1)
+        seconds.append(time.perf_counter() - start)
+    return min(seconds) / sample["modulus_ratio"].size * plan.grid.cells / default_threads()
+
+
+def stream(
+    plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]
+) -> None:
+    """Compute what is not there yet of a sweep, and put the whole into its file.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to compute.
+    engine, scheduler, fresh
+        As in `dea_maps.sweep_to_netcdf`.
+    on_cells : callable
+        Called with the number of cells that were found finished, or finished since.
+
+    Raises
+    ------
+    OSError
+        If something cannot be written, or another sweep is writing the same file; finished parts stay.
+    KeyboardInterrupt
+        With a note of what is kept.
+    """
+    target = Path(os.path.realpath(plan.path))
+    with locked_parts(target, plan.identity()) as parts:
+        if fresh:
+            parts.clear()
+        temporary = parts.folder / "whole.nc"
+        computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
+        try:
+            _write(plan, parts, computing, temporary, on_cells)
+            sync(temporary)
+            os.replace(temporary, target)
+            sync(target.parent)
+        except KeyboardInterrupt:
+            kept = parts.count()
+            note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
+            raise KeyboardInterrupt(*note) from None
+        finally:
+            temporary.unlink(missing_ok=True)
+            computing.close()
+
+
+def _write(
+    plan: Plan, parts: Parts, engine: Threads | Dask, temporary: Path, on_cells: Callable[[int], object]
+) -> None:
+    """Write all parts into a file, in order, while the next ones are computed."""
+    hollow = plan.hollow()
+    # netCDF is called from this one thread alone; compression and checksums let the others compute.
+    with ThreadPoolExecutor(1) as disk:
+        file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
+        saves: deque[Future[None]] = deque()
+        writes: deque[Future[None]] = deque()
+        try:
+            for number, arrays, is_new in _finished(plan, parts, engine, on_cells):
+                while len(saves) + len(writes) >= WAITING:
+                    (saves or writes).popleft().result()
+                if is_new:
+                    saves.append(disk.submit(parts.save, number, arrays))
+                writes.append(disk.submit(file.write, plan.parts.index(number), arrays))
+            for future in (*saves, *writes):
+                future.result()
+        finally:
+            for future in writes:  # what is computed is saved, but a file that will not be completed can stay as it is
+                future.cancel()
+            disk.submit(file.close).result()
+
+
+def _finished(
+    plan: Plan, parts: Parts, engine: Threads | Dask, on_cells: Callable[[int], object]
+) -> Iterator[tuple[int, Arrays, bool]]:
+    """Yield number, values, and whether they are new, of all parts in order; some are begun ahead of the others."""
+    kinds = {name: np.dtype(np.int8 if name == "outcome" else plan.dtype) for name in plan.variables}
+    window: deque[tuple[int, Arrays | None, Pending | None]] = deque()
+    for number in range(plan.parts.count + engine.ahead):
+        if number < plan.parts.count:
+            old = parts.load(number, {name: (kind, plan.cells(number)) for name, kind in kinds.items()})
+            window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
+        if window and (len(window) > engine.ahead or number >= plan.parts.count):
+            first, arrays, pending = window.popleft()
+            if pending is not None:
+                yield first, _result(first, plan, pending), True
+            elif arrays is not None:
+                on_cells(plan.cells(first))
+                yield first, arrays, False
+
+
+def _result(number: int, plan: Plan, pending: Pending) -> Arrays:
+    """Return a part when it is finished; what cannot be finished is named."""
+    try:
+        return pending.result()
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:
+        cells = plan.parts.cells(number)
+        raise OSError(
+            f"cells {cells.start:,} to {cells.stop - 1:,} could not be computed: {type(error).__name__}: {error}"
+        ) from error

@@ -1,0 +1,160 @@
+"""What happens to long runs: killed, interrupted, out of disk. Nothing finished is lost, nothing is wrong."""
+
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import dea_maps as dm
+
+SPEC = """
+[program]
+name = "ramp_hold"
+[grid]
+field = { start = 0.8, stop = 2.2, num = 13 }
+rate = { start = 1e-3, stop = 1e3, num = 11, spacing = "log" }
+modulus_ratio = { start = 2.0, stop = 6.0, num = 7 }
+"""
+CUBE = {"field": np.linspace(0.8, 2.2, 13), "rate": np.geomspace(1e-3, 1e3, 11), "modulus_ratio": np.linspace(2, 6, 7)}
+PARTS = 39
+# A process that imports all and reads the machine code, says so, and then runs the command line on small parts.
+RUN = """
+import sys, time
+import dea_maps as dm
+from dea_maps import cli, engines, streaming
+streaming.PART_CELLS = streaming.CHUNK_CELLS = 30
+dm.sweep(dm.RampHold(), field=1.2, rate=1.0, modulus_ratio=4.0)
+real = engines.solve
+def solve(*arguments, **options):
+    time.sleep(PAUSE)
+    return real(*arguments, **options)
+engines.solve = solve
+print("ready", flush=True)
+sys.exit(cli.main(sys.argv[1:]))
+"""
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return dm.sweep(dm.RampHold(), **CUBE)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "spec.toml").write_text(SPEC)
+    return tmp_path
+
+
+def started(folder, *options, pause=0.0, **how):
+    """Return a process that is about to sweep."""
+    code = RUN.replace("PAUSE", repr(pause))
+    command = [sys.executable, "-c", code, "sweep", "spec.toml", "-o", "map.nc", *options]
+    process = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **how)
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def finish(folder, *options):
+    process = started(folder, *options)
+    out, err = process.communicate(timeout=120)
+    return process.returncode, out, err
+
+
+def kept(folder):
+    return len(list((folder / "map.nc.parts").glob("*.npz")))
+
+
+def assert_complete(folder, whole):
+    xr.testing.assert_identical(xr.load_dataset(folder / "map.nc"), whole)
+    assert sorted(os.listdir(folder)) == ["map.nc", "spec.toml"]
+
+
+def test_killed_at_any_moment(folder, whole):
+    draw = random.Random(8)
+    interrupted = 0
+    for kill in range(30):
+        # with the parts of all kills before: early ones hit the computing, late ones the file that is put together
+        process = started(folder, pause=0.01)
+        time.sleep(draw.uniform(0.0, 0.5))
+        process.kill()
+        process.communicate()
+        if (folder / "map.nc").exists():
+            xr.testing.assert_identical(xr.load_dataset(folder / "map.nc"), whole)
+        else:
+            interrupted += 1
+        if kill % 6 == 5:
+            assert finish(folder)[0] == 0
+            assert_complete(folder, whole)
+            (folder / "map.nc").unlink()
+    assert interrupted >= 10
+
+
+def test_interrupted_by_hand(folder, whole):
+    process = started(folder, pause=0.05)
+    while kept(folder) < 3:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.startswith("dea-maps: error: interrupted; ")
+    assert f"{kept(folder)} of {PARTS} parts are kept in " in err
+    assert err.endswith("to go on: dea-maps sweep spec.toml -o map.nc\n")
+    assert 3 <= kept(folder) < PARTS
+    assert finish(folder)[0] == 0
+    assert_complete(folder, whole)
+
+
+def limited(size):
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+def test_files_may_not_grow(folder, whole):
+    """A limit on the size of a file meets the map first: its parts are smaller."""
+    assert finish(folder)[0] == 0
+    size = (folder / "map.nc").stat().st_size
+    (folder / "map.nc").unlink()
+    process = started(folder, preexec_fn=limited(int(0.8 * size)))
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert err.startswith("dea-maps: error: ")
+    assert err.count("\n") == 1
+    assert kept(folder) > 0
+    assert not (folder / "map.nc").exists()
+    assert finish(folder)[0] == 0
+    assert_complete(folder, whole)
+
+
+def test_a_full_disk(folder, whole):
+    small = folder / "small"
+    small.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(small)]
+    if subprocess.run(mount, capture_output=True, check=False).returncode != 0:
+        pytest.skip("a small file system cannot be mounted here")
+    try:
+        (small / "spec.toml").write_text(SPEC)
+        process = started(small)
+        _, err = process.communicate(timeout=60)
+        assert process.returncode == 1
+        assert err.startswith("dea-maps: error: ")
+        assert err.count("\n") == 1
+        some = kept(small)
+        assert 0 < some < PARTS
+        subprocess.run(["mount", "-o", "remount,size=8M", str(small)], check=True)
+        assert finish(small)[0] == 0
+        assert_complete(small, whole)
+    finally:
+        subprocess.run(["umount", str(small)], check=True)
+
+
+def test_a_folder_that_cannot_be_written(folder):
+    (folder / "map.nc").mkdir()
+    status, _, err = finish(folder)
+    assert status == 2
+    assert err == "dea-maps: error: cannot write map.nc: it is a folder\n"
