@@ -1,0 +1,124 @@
+"""Opening a map with a check of all that is in it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from .catalogue import methods
+from .cuts import cut
+from .nomenclature import OUTCOMES, VARIABLES, cf_attributes
+from .parameters import brief, check_values
+from .programs import PROGRAMS
+from .storage import PathLike, open_map
+
+_BLOCK = 2**22  # cells read at once
+_SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
+
+
+def open(path: PathLike) -> xr.Dataset:
+    """Open a map written by a sweep, and check that all of it is there and as it was written.
+
+    Names, dimensions, types, flags and attributes are checked, every value is read once, which verifies its checksum,
+    and held against the outcome of its cell.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+
+    Returns
+    -------
+    Dataset
+        Its values are read as they are used; to be closed by the caller, as by a ``with`` block.
+
+    Raises
+    ------
+    OSError
+        If there is no such file, or it cannot be read.
+    ValueError
+        If it is not a map of this package, or is damaged.
+
+    Examples
+    --------
+    >>> import dea_maps as dm, os, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "map.nc")
+    ...     dm.sweep_to_netcdf(path, dm.Step(), field=[0.9, 1.2], modulus_ratio=4.0)
+    ...     with dm.open(path) as ds:
+    ...         ds.outcome.values.tolist()
+    [0, 1]
+    """
+    try:
+        ds = open_map(path)
+    except (FileNotFoundError, IsADirectoryError, PermissionError):
+        raise
+    except Exception as error:
+        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+    try:
+        _check(ds)
+    except Exception as error:
+        ds.close()
+        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+    return ds
+
+
+def _check(ds: xr.Dataset) -> None:
+    """Raise an error that says what is wrong."""
+    if ds.attrs["program"] not in PROGRAMS:
+        raise ValueError(f"its program is {brief(ds.attrs['program'])}")
+    chosen = {(method.name, form) for method in methods() for form in method.formulations}
+    if (ds.attrs["method"], ds.attrs["formulation"]) not in chosen:
+        raise ValueError(f"its method is {brief(ds.attrs['method'])} on {brief(ds.attrs['formulation'])}")
+    accuracy = [float(ds.attrs[name]) for name in ("rtol", "step") if name in ds.attrs]
+    if len(accuracy) != 1 or not accuracy[0] > 0.0:
+        raise ValueError("it does not say how accurate it is")
+    for name in (*PROGRAMS[ds.attrs["program"]].parameters, "modulus_ratio"):
+        _check_described(ds[name], name, ("float64",))
+        check_values(name, np.asarray(ds[name].values))
+    maps = {name: ds[name] for name in VARIABLES if name in ds}
+    dims = next(iter(maps.values())).dims
+    for name, array in maps.items():
+        _check_described(array, name, ("int8",) if name == "outcome" else ("float32", "float64"))
+        if array.dims != dims:
+            raise ValueError(f"{name} has the dimensions {array.dims}, others have {dims}")
+    if "outcome" in maps:
+        flags = np.asarray(maps["outcome"].attrs["flag_values"]).tolist()
+        if flags != list(range(len(OUTCOMES))) or maps["outcome"].attrs["flag_meanings"] != " ".join(OUTCOMES):
+            raise ValueError("the flags of outcome are not those of this package")
+    for blocks in _blocks(maps):
+        _check_values(blocks)
+    for name in ds.variables.keys() - maps.keys():
+        ds[name].load()
+
+
+def _check_described(array: xr.DataArray, name: str, kinds: tuple[str, ...]) -> None:
+    described = {key: array.attrs.get(key) for key in ("long_name", "units")}
+    if array.dtype.name not in kinds or described != cf_attributes(name):
+        raise ValueError(f"{name} is of type {array.dtype} with {described}")
+
+
+def _blocks(maps: dict[str, xr.DataArray]) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
+    parts = cut(next(iter(maps.values())).shape, _BLOCK)
+    for number in range(parts.count):
+        yield {name: array[parts.index(number)].values for name, array in maps.items()}
+
+
+def _check_values(block: dict[str, npt.NDArray[np.generic]]) -> None:
+    """Hold the values of some cells against their outcomes: what there is, and what there cannot be."""
+    if "outcome" not in block:
+        return
+    outcome = block.pop("outcome")
+    if outcome.size and not (outcome.min() >= 0 and outcome.max() < len(OUTCOMES)):
+        raise ValueError("an outcome is none of the flags")
+    for name, values in block.items():
+        has_value = (outcome == _SURVIVES) if name == "final_stretch" else _fails(outcome)
+        if not np.array_equal(np.isfinite(values), has_value) or not np.array_equal(np.isnan(values), ~has_value):
+            raise ValueError(f"{name} has values where the outcome has none, or none where it has")
+        if np.any(values[has_value] < (0.0 if name == "time_to_failure" else 0.999)):
+            raise ValueError(f"{name} has values that are too small")
+
+
+def _fails(outcome: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
+    return (outcome == _FAILS_LATER) | (outcome == _FAILS_AT_ONCE)
