@@ -10,24 +10,58 @@ Examples
 
 from typing import TYPE_CHECKING
 
-__all__ = ["Ramp", "RampHold", "Step", "__version__", "methods", "sweep", "sweep_to_netcdf", "trajectory"]
+__all__ = [
+    "VHB",
+    "LoadHistory",
+    "Material",
+    "Ramp",
+    "RampHold",
+    "Step",
+    "__version__",
+    "allowable_field",
+    "allowable_rate",
+    "fit_uniaxial",
+    "general_trajectory",
+    "methods",
+    "open",
+    "reachable_stretch",
+    "sweep",
+    "sweep_to_netcdf",
+    "trajectory",
+]
 
 if TYPE_CHECKING:
     from .catalogue import methods
+    from .disk import sweep_to_netcdf
+    from .fitting import fit_uniaxial
+    from .general import general_trajectory
+    from .inverse import allowable_field, allowable_rate, reachable_stretch
+    from .load_history import LoadHistory
+    from .material import VHB, Material
+    from .opening import open
     from .programs import Ramp, RampHold, Step
-    from .sweeping import sweep, sweep_to_netcdf
+    from .sweeping import sweep
     from .trajectories import trajectory
 
     __version__: str
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
+        "LoadHistory": "load_history",
+        "Material": "material",
         "Ramp": "programs",
         "RampHold": "programs",
         "Step": "programs",
+        "VHB": "material",
+        "allowable_field": "inverse",
+        "allowable_rate": "inverse",
+        "fit_uniaxial": "fitting",
+        "general_trajectory": "general",
         "methods": "catalogue",
+        "open": "opening",
+        "reachable_stretch": "inverse",
         "sweep": "sweeping",
-        "sweep_to_netcdf": "sweeping",
+        "sweep_to_netcdf": "disk",
         "trajectory": "trajectories",
     }
 

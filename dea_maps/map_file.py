@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -34,7 +35,7 @@ class MapFile:
     def __init__(self, path: Path, hollow: xr.Dataset, chunks: Cut) -> None:
         self.path = path
         path.unlink(missing_ok=True)
-        names = list(hollow.data_vars)
+        names = list(map(str, hollow.data_vars))
         # xarray writes the coordinates, and shows on a map of one cell how it would write the variables.
         one_cell = path.with_name(f"{path.name}.cell")
         try:
@@ -45,9 +46,9 @@ class MapFile:
             with netCDF4.Dataset(one_cell) as pattern:
                 if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
                     self._file.delncattr("coordinates")
-                for dim in hollow.dims:
+                for dim, size in hollow.sizes.items():
                     if dim not in self._file.dimensions:
-                        self._file.createDimension(dim, hollow.sizes[dim])
+                        self._file.createDimension(str(dim), size)
                 for name in names:
                     self._define(pattern[name], chunks)
         except RuntimeError as error:
@@ -55,10 +56,10 @@ class MapFile:
         finally:
             one_cell.unlink(missing_ok=True)
 
-    def _define(self, pattern: netCDF4.Variable, chunks: Cut) -> None:
+    def _define(self, pattern: "netCDF4.Variable[Any]", chunks: Cut) -> None:
         """Make a variable like that of the map of one cell."""
         attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
-        storage = {key: pattern.filters()[key] for key in ("zlib", "shuffle", "fletcher32")} if pattern.ndim else {}
+        storage: dict[str, Any] = {key: pattern.filters()[key] for key in ("zlib", "shuffle", "fletcher32")} if pattern.ndim else {}
         variable = self._file.createVariable(
             pattern.name,
             pattern.dtype,

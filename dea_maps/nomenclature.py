@@ -84,7 +84,74 @@ TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
 )
 """What a trajectory adds to a sweep's parameters and variables."""
 
-NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({**PARAMETERS, **VARIABLES, **TRAJECTORY})
+_INSTABILITY = "at electromechanical instability"
+
+GENERAL: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "stretch_1": Quantity("stretch 1", r"$\lambda_1$", "stretch in direction 1"),
+        "stretch_2": Quantity("stretch 2", r"$\lambda_2$", "stretch in direction 2"),
+        "internal_stretch_1": Quantity("internal stretch 1", r"$\xi_1$", "stretch of the dashpot in direction 1"),
+        "internal_stretch_2": Quantity("internal stretch 2", r"$\xi_2$", "stretch of the dashpot in direction 2"),
+        "electric_displacement": Quantity(
+            "electric displacement",
+            r"$\tilde D/\sqrt{\varepsilon\mu_R}$",
+            "nominal electric displacement, over the square root of permittivity times relaxed shear modulus",
+        ),
+        "stress_1": Quantity(
+            "stress 1", r"$s_1/\mu_R$", "nominal stress in direction 1, over the relaxed shear modulus"
+        ),
+        "stress_2": Quantity(
+            "stress 2", r"$s_2/\mu_R$", "nominal stress in direction 2, over the relaxed shear modulus"
+        ),
+        "det_hessian": Quantity(
+            "determinant of the Hessian",
+            r"$\varepsilon\,\det\mathbf{H}/\mu_R^2$",
+            "determinant of the Hessian of the free energy, over the squared relaxed shear modulus per permittivity",
+        ),
+        "dissipation_rate": Quantity(
+            "dissipation rate",
+            r"$\tau\,\dot\Gamma/\mu_R$",
+            "energy dissipated per volume and relaxation time, over the relaxed shear modulus",
+        ),
+        "stored_energy": Quantity(
+            "stored energy", r"$W/\mu_R$", "density of the Helmholtz free energy, over the relaxed shear modulus"
+        ),
+        "work": Quantity(
+            "work", "", "work of the loads per volume since the loading began, over the relaxed shear modulus"
+        ),
+        "dissipated_energy": Quantity(
+            "dissipated energy",
+            r"$\Gamma/\mu_R$",
+            "energy dissipated per volume since the loading began, over the relaxed shear modulus",
+        ),
+        "critical_stretch_1": Quantity(
+            "critical stretch 1", r"$\lambda_1$", f"stretch in direction 1 {_INSTABILITY}"
+        ),
+        "critical_stretch_2": Quantity(
+            "critical stretch 2", r"$\lambda_2$", f"stretch in direction 2 {_INSTABILITY}"
+        ),
+        "critical_internal_stretch_1": Quantity(
+            "critical internal stretch 1", r"$\xi_1$", f"stretch of the dashpot in direction 1 {_INSTABILITY}"
+        ),
+        "critical_internal_stretch_2": Quantity(
+            "critical internal stretch 2", r"$\xi_2$", f"stretch of the dashpot in direction 2 {_INSTABILITY}"
+        ),
+        "final_stretch_1": Quantity(
+            "final stretch 1",
+            r"$\lambda_{1\infty}$",
+            "stretch in direction 1 after full relaxation, where the film survives",
+        ),
+        "final_stretch_2": Quantity(
+            "final stretch 2",
+            r"$\lambda_{2\infty}$",
+            "stretch in direction 2 after full relaxation, where the film survives",
+        ),
+    }
+)
+"""What a trajectory of the general model has beside ``outcome``, ``time_to_failure``, ``critical_field``,
+``applied_field`` and its parameters."""
+
+NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({**PARAMETERS, **VARIABLES, **TRAJECTORY, **GENERAL})
 """All of them by name."""
 
 OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")

@@ -1,6 +1,7 @@
 """Opening a map with a check of all that is in it."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -89,8 +90,8 @@ def _check(ds: xr.Dataset) -> None:
             raise ValueError("the flags of outcome are not those of this package")
     for blocks in _blocks(maps):
         _check_values(blocks)
-    for name in ds.variables.keys() - maps.keys():
-        ds[name].load()
+    for other in ds.variables.keys() - maps.keys():
+        ds[other].load()
 
 
 def _check_described(array: xr.DataArray, name: str, kinds: tuple[str, ...]) -> None:
@@ -99,13 +100,13 @@ def _check_described(array: xr.DataArray, name: str, kinds: tuple[str, ...]) -> 
         raise ValueError(f"{name} is of type {array.dtype} with {described}")
 
 
-def _blocks(maps: dict[str, xr.DataArray]) -> Iterator[dict[str, npt.NDArray[np.generic]]]:
+def _blocks(maps: dict[str, xr.DataArray]) -> Iterator[dict[str, npt.NDArray[Any]]]:
     parts = cut(next(iter(maps.values())).shape, _BLOCK)
     for number in range(parts.count):
         yield {name: array[parts.index(number)].values for name, array in maps.items()}
 
 
-def _check_values(block: dict[str, npt.NDArray[np.generic]]) -> None:
+def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
     """Hold the values of some cells against their outcomes: what there is, and what there cannot be."""
     if "outcome" not in block:
         return
@@ -120,5 +121,5 @@ def _check_values(block: dict[str, npt.NDArray[np.generic]]) -> None:
             raise ValueError(f"{name} has values that are too small")
 
 
-def _fails(outcome: npt.NDArray[np.generic]) -> npt.NDArray[np.bool_]:
-    return (outcome == _FAILS_LATER) | (outcome == _FAILS_AT_ONCE)
+def _fails(outcome: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    return np.isin(outcome, (_FAILS_LATER, _FAILS_AT_ONCE))

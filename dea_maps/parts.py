@@ -7,6 +7,7 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,8 @@ class Parts:
         temporary = self.folder / f"unfinished.{secrets.token_hex(4)}"
         try:
             with temporary.open("wb") as stream:
-                np.savez(stream, **arrays, identity=np.array(self.identity), number=np.array(number))
+                content: dict[str, Any] = {**arrays, "identity": np.array(self.identity), "number": np.array(number)}
+                np.savez(stream, **content)
                 stream.flush()
                 os.fsync(stream.fileno())
             os.replace(temporary, self._path(number))

@@ -78,7 +78,7 @@ class Plan:
     def cells(self, number: int) -> int:
         """Return the number of cells of a part."""
         part = self.parts.cells(number)
-        return part.stop - part.start
+        return int(part.stop - part.start)
 
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""

@@ -77,4 +77,4 @@ def field_at(program: str, field: float, rate: float, time: float) -> float:
         if time <= beginning + duration:
             break
         beginning += duration
-    return start + slope * (time - beginning)
+    return float(start + slope * (time - beginning))

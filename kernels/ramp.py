@@ -160,7 +160,7 @@ def _make_judge(method: AreaMethod) -> Callable[..., Any]:
 
             # In single precision, which is plenty for a step length, roots and quotients take a quarter of the time.
             now = root(np.float32(max(relative, 1e-12)))
-            factor = np.float64(np.sqrt(np.float32(w[PREVIOUS, i])) / now) * SAFETY
+            factor = float(np.sqrt(np.float32(w[PREVIOUS, i])) / now) * SAFETY
             factor = factor if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
             w[PREVIOUS, i] = now if good else 1.0
             factor = min(factor, LARGEST_FACTOR if good else SAFETY)

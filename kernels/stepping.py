@@ -53,7 +53,8 @@ def _make_sequence(functions: list[Callable[..., Any]]) -> Callable[..., Any]:
     """
     if len(functions) > 6:
         functions = [_make_sequence(functions[k : k + 6]) for k in range(0, len(functions), 6)]
-    first, second, third, fourth, fifth, sixth = [*functions, *[_nothing] * (6 - len(functions))]
+    functions = functions + [_nothing] * (6 - len(functions))
+    first, second, third, fourth, fifth, sixth = functions
 
     @device
     def sequence(w):

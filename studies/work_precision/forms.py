@@ -1,7 +1,8 @@
 """The problem as it is given to other solvers: the paper's rate form, and the best forms known for a general solver.
 
 ``u = lambda**-2``, ``r = xi**2``, ``p = m - 1``, ``A = 1 + p/r``, ``B = 1 + p r**2``, load ``e = e_C Er**2``.
-Right-hand sides are plain arithmetic without calls of each other, so that every library can take them: floats, arrays, symbols.
+Right-hand sides are plain arithmetic, without calls of each other, so that every library can take them: floats, arrays,
+symbols.
 """
 
 from collections.abc import Callable, Sequence
@@ -79,7 +80,7 @@ def _start_u(load: np.ndarray, ratio: np.ndarray) -> np.ndarray:
     share = load / ratio
     x = np.sqrt(np.maximum(1.0 - share / CRITICAL_LOAD, 0.0))  # u/u* = 1 + y, y**2 (6 + 4 y + y**2) = 3 x**2
     y = x * (0.7071067811865476 + x * (-0.16666666666666666 + x * 0.047))
-    for _ in range(2):
+    for _ in range(4):
         y = y - (y * y * (6.0 + y * (4.0 + y)) - 3.0 * x * x) / (y * (12.0 + y * (12.0 + 4.0 * y)))
     return CRITICAL_U * (1.0 + y)
 
@@ -99,8 +100,8 @@ def _read_rate(cases: Cases, problem: Problem, t: np.ndarray, y: Arrays) -> tupl
     return t, y[0]
 
 
-# The margin form: with q = 4 B u**3/A from 4 (no load) to 1 (failure) and s = sqrt((4 - q)/3) as the independent variable,
-# u = (q A/4 B)**(1/3) and e = 0.75 A u s**2; a ramp has the one state r, a constant field r and T.
+# The margin form: with q = 4 B u**3/A from 4 (no load) to 1 (failure) and s = sqrt((4 - q)/3) as the independent
+# variable, u = (q A/4 B)**(1/3) and e = 0.75 A u s**2; a ramp has the one state r, a constant field r and T.
 
 
 def _make_margin_ramp(exp: Any) -> Callable[..., tuple[Any, ...]]:
@@ -165,7 +166,7 @@ def _read_margin_step(cases: Cases, problem: Problem, t: np.ndarray, y: Arrays) 
     return y[1], 1.0 / np.sqrt(u)
 
 
-# Constant field as an integral over u = u* - w sinh(t), which moves the poles of the bottleneck away from the real axis.
+# Constant field as an integral over u = u* - w sinh(t), which moves the poles of the bottleneck off the real axis.
 
 
 def _make_sinh(exp: Any) -> Callable[..., tuple[Any, ...]]:
