@@ -24,6 +24,7 @@ __all__ = [
     "general_trajectory",
     "methods",
     "open",
+    "physical",
     "reachable_stretch",
     "sweep",
     "sweep_to_netcdf",
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from .material import VHB, Material
     from .opening import open
     from .programs import Ramp, RampHold, Step
+    from .si_units import physical
     from .sweeping import sweep
     from .trajectories import trajectory
 
@@ -59,6 +61,7 @@ else:
         "general_trajectory": "general",
         "methods": "catalogue",
         "open": "opening",
+        "physical": "si_units",
         "reachable_stretch": "inverse",
         "sweep": "sweeping",
         "sweep_to_netcdf": "disk",

@@ -59,7 +59,8 @@ class MapFile:
     def _define(self, pattern: "netCDF4.Variable[Any]", chunks: Cut) -> None:
         """Make a variable like that of the map of one cell."""
         attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
-        storage: dict[str, Any] = {key: pattern.filters()[key] for key in ("zlib", "shuffle", "fletcher32")} if pattern.ndim else {}
+        kinds = ("zlib", "shuffle", "fletcher32") if pattern.ndim else ()
+        storage: dict[str, Any] = {kind: pattern.filters()[kind] for kind in kinds}
         variable = self._file.createVariable(
             pattern.name,
             pattern.dtype,
