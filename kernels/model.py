@@ -49,6 +49,18 @@ def flow(u, r):
 
 
 @device
+def flow_under_field(u, field, p):
+    """Half the rate of r in equilibrium with a field, from (23): ``h = (e - u + u**4)/(p u**2)``.
+
+    Accurate relative to itself next to the critical field, where it almost vanishes: with d = u - u*,
+    ``u - u**4 = e_C - d**2 (u**2 + 2 u u* + 3 u***2)``, and field - 1 is exact.
+    """
+    d = u - CRITICAL_U
+    excess = CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
+    return (excess + d * d * (u * (u + 2.0 * CRITICAL_U) + 3.0 * CRITICAL_U * CRITICAL_U)) / (p * u * u)
+
+
+@device
 def critical_u(r, p):
     """U at the instability for this internal stretch, (25)."""
     return (0.25 * upper_stiffness(r, p) / lower_stiffness(r, p)) ** (1.0 / 3.0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ._jit import FINGERPRINT, compiled, device
-from .formulations import FOLD, SECOND, THIRD
+from .formulations import FOLD_UNDER_LOAD, SECOND, THIRD
 from .integrate import make_advance, make_begin
 from .lanes import AT_END, END, EXCESS, FAILS_AT_ONCE, RUNNING, SLOPES, STATE, TIME, rows
 from .programs import Program
@@ -23,11 +23,11 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
     integration of its own, on the regular form; the stretch read there is that of equilibrium with the field.
     """
     pieces = program.pieces
-    begin = make_begin(program, FOLD)
-    advance = make_advance(FOLD, tableau, control)
+    begin = make_begin(program, FOLD_UNDER_LOAD)
+    advance = make_advance(FOLD_UNDER_LOAD, tableau, control)
     classify = make_classify(program)
-    enter = FOLD.enter
-    derivative = FOLD.derivative
+    enter = FOLD_UNDER_LOAD.enter
+    derivative = FOLD_UNDER_LOAD.derivative
     block_rows = rows(tableau.stages)
     fingerprint = FINGERPRINT
 

@@ -1,5 +1,6 @@
 """Trajectories: the contract of their data set, and an integration of their own to compare with."""
 
+import mpmath
 import numpy as np
 import pytest
 import xarray as xr
@@ -109,3 +110,38 @@ def test_bad_times_are_refused(time, error, words, monkeypatch):
     monkeypatch.setattr("dea_maps.trajectories.sweep", lambda *args, **kwargs: pytest.fail("computed"))
     with pytest.raises(error, match=words):
         dm.trajectory(dm.Step(), time=time, field=1.2, modulus_ratio=4.0)
+
+
+def time_to_reach(stretch, field, m):
+    """Time at which a film gets to a stretch under a constant field: an integral over u = lambda**-2, in 30 digits."""
+    with mpmath.workdps(30):
+        unit = mpmath.mpf(3) / 4 * mpmath.mpf(4) ** (-mpmath.mpf(1) / 3)
+        m, field = mpmath.mpf(m), mpmath.mpf(field)
+        p, e, critical = m - 1, unit * field**2, mpmath.mpf(4) ** (-mpmath.mpf(1) / 3)
+        start = mpmath.findroot(lambda u: m * (u - u**4) - e, 0.99)
+        end = 1 / mpmath.mpf(stretch) ** 2
+
+        def integrand(u):
+            h = (e - u + u**4) / (p * u * u)
+            z = mpmath.mpf(1)
+            for _ in range(9):
+                z -= (z**3 + h * z - 1) / (3 * z * z + h)
+            r = z / u
+            stiffness = 4 * (1 + p * r * r) * u**3 - (1 + p / r)
+            return stiffness / (2 * p * u * (1 / r**2 + 2 * r * u**3) * h)
+
+        # the integrand peaks at u = 4**(-1/3), ever more sharply: pieces that halve towards it from both sides
+        width = mpmath.sqrt((e - unit) / 6) / critical
+        far = [critical + sign * width * mpmath.mpf(2) ** k for sign in (1, -1) for k in range(-2, 60)]
+        inner = sorted({u for u in far if end < u < start} | {end, start})
+        return float(mpmath.quad(integrand, inner, maxdegree=5))
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+@pytest.mark.parametrize(("field", "m"), [(1.2, 4.0), (1 + 1e-4, 10.0), (1 + 1e-8, 4.0), (1 + 1e-10, 100.0)])
+def test_a_film_lingers_as_long_as_it_does(field, m, rtol):
+    """In the bottleneck just above the critical field, and on the way out of it."""
+    stretches = [1.2, 1.26, 1.3, 1.5]
+    times = [time_to_reach(stretch, field, m) for stretch in stretches]
+    ds = dm.trajectory(dm.Step(), time=times, field=field, modulus_ratio=m, rtol=rtol)
+    np.testing.assert_allclose(ds.stretch, stretches, rtol=rtol)
