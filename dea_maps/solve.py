@@ -96,7 +96,11 @@ def solve(
 
 
 def trace(
-    program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64], rtol: float
+    program: Program,
+    parameters: Mapping[str, NDArray[np.float64]],
+    times: NDArray[np.float64],
+    lifetimes: NDArray[np.float64],
+    rtol: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stretch and internal stretch at given times.
 
@@ -106,6 +110,8 @@ def trace(
         As in `solve`.
     times : (times,) ndarray
         In relaxation times, ascending, not negative.
+    lifetimes : ndarray
+        Times to failure, of the shape of ``parameters``; 0 where there is none.
     rtol : float
         Relative error allowed in the stretches.
 
@@ -118,11 +124,11 @@ def trace(
     cells = ratio.size
     kernel = build.trajectory(program.name)
     stretch, internal = np.empty((2, cells, times.size))
-    # Close to the failure, where the film runs away, an error in the time before it counts a thousandfold.
-    tight = max(1e-3 * rtol, 1e-13)
 
     def compute(cell: int) -> int:
         columns = _columns(parameters, np.unravel_index(cell, ratio.shape))
+        # Where the film runs away at last, the error counts of all the time before.
+        tight = max(0.1 * rtol / (1.0 + min(lifetimes.flat[cell], times.max(initial=0.0))), 1e-15)
         kernel(*columns, times, tight, ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
         return 1
 

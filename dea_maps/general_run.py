@@ -1,0 +1,149 @@
+"""One film of the general model from the reference state to its failure or its rest, load by load."""
+
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .free_energy import CRITICAL_FIELD
+from .general_path import REFERENCE, ROWS, TIME, Leg, Loading, follow
+from .load_history import LoadHistory
+from .nomenclature import OUTCOMES
+
+Array = npt.NDArray[np.float64]
+
+_LATE = 50.0  # relaxation times after the last change of a load: what lives on is slow, for an implicit method
+
+
+class Loads(NamedTuple):
+    """Everything that is prescribed.
+
+    Attributes
+    ----------
+    direction_1, direction_2 : LoadHistory
+        Nominal stress over ``mu_R``, or stretch.
+    field : LoadHistory
+        Nominal field over the relaxed critical field.
+    held : tuple of bool
+        For each direction, whether it is the stretch that is prescribed.
+    """
+
+    direction_1: LoadHistory
+    direction_2: LoadHistory
+    field: LoadHistory
+    held: tuple[bool, bool]
+
+    def after(self, time: float) -> tuple[float, float, float]:
+        """Return stresses or stretches, and the field over ``sqrt(mu_R/eps)``, after any sudden change."""
+        return self.direction_1.after(time), self.direction_2.after(time), self.field.after(time) * CRITICAL_FIELD
+
+    def before(self, time: float) -> tuple[float, float, float]:
+        """Return them before any sudden change: in the reference state, at time 0."""
+        if time == 0.0:
+            return float(self.held[0]), float(self.held[1]), 0.0
+        return self.direction_1.before(time), self.direction_2.before(time), self.field.before(time) * CRITICAL_FIELD
+
+    def corners(self) -> list[float]:
+        """Return the times at which a load changes suddenly or changes its slope, from 0, and that of `_LATE`."""
+        times = sorted({0.0, *self.direction_1.times, *self.direction_2.times, *self.field.times})
+        return [*times, times[-1] + _LATE]
+
+
+class Life(NamedTuple):
+    """What became of a film.
+
+    Attributes
+    ----------
+    legs : list of Leg
+        What was integrated, in order of time.
+    outcome : int
+        Index into `OUTCOMES`.
+    end : ndarray of shape (ROWS,)
+        The last state: at failure, at rest, or where integration was given up.
+    """
+
+    legs: list[Leg]
+    outcome: int
+    end: Array
+
+
+def live(loads: Loads, p: float, rtol: float) -> Life:
+    """Follow a film until it fails or its dashpot rests under loads that no longer change.
+
+    Parameters
+    ----------
+    loads : Loads
+        What is prescribed.
+    p : float
+        Modulus ratio less one.
+    rtol : float
+        Relative error allowed.
+    """
+    legs: list[Leg] = []
+    rows = np.array(REFERENCE)
+    corners = loads.corners()
+    for start, stop in zip(corners, [*corners[1:], inf], strict=True):
+        old, new = loads.before(start), loads.after(start)
+        if old != new:
+            change = Loading(old, _slope(old, new, 1.0), loads.held)
+            _, (rows, why) = follow(rows, change, 1.0, p, rtol, sudden=True)
+            if why != "arrived":
+                return Life(legs, _failure(why, at_once=not legs), rows)
+        last = loads.before(stop) if stop < inf else new
+        line = Loading(new, _slope(new, last, stop - start), loads.held)
+        leg, (rows, why) = follow(rows, line, stop - start, p, rtol)
+        legs += [leg] if leg else []
+        if why == "at rest":
+            return Life(legs, OUTCOMES.index("survives"), rows)
+        if why != "arrived":
+            return Life(legs, _failure(why, at_once=False), rows)
+    raise AssertionError("the last line has no end in time")
+
+
+def sampled(life: Life, times: Array) -> Array:
+    """Return the states of a film at times, NaN after its failure.
+
+    Parameters
+    ----------
+    life : Life
+        From `live`.
+    times : ndarray of shape (n,)
+        In relaxation times, at least 0.
+
+    Returns
+    -------
+    ndarray of shape (ROWS, n)
+    """
+    rows = np.full((ROWS, times.size), np.nan)
+    if OUTCOMES[life.outcome] == "survives":
+        rows[:] = life.end[:, np.newaxis]
+    for leg in life.legs:
+        within = (times >= leg.times[0]) & (times <= leg.times[-1])
+        if within.any():
+            rows[:, within] = _sample(leg, times[within])
+    rows[TIME] = times
+    return rows
+
+
+def _sample(leg: Leg, times: Array) -> Array:
+    """Return the rows of the state at times within a leg."""
+    right = np.clip(np.searchsorted(leg.times, times, side="left"), 1, leg.nodes.size - 1)
+    low, high = leg.nodes[right - 1], leg.nodes[right]
+    for _ in range(60):  # halves: the inverse of t(s) has a root's singularity at the instability
+        middle = 0.5 * (low + high)
+        early = leg.states(middle)[TIME] < times
+        low, high = np.where(early, middle, low), np.where(early, high, middle)
+    return leg.states(0.5 * (low + high))
+
+
+def _slope(
+    old: tuple[float, float, float], new: tuple[float, float, float], duration: float
+) -> tuple[float, float, float]:
+    return (new[0] - old[0]) / duration, (new[1] - old[1]) / duration, (new[2] - old[2]) / duration
+
+
+def _failure(why: str, *, at_once: bool) -> int:
+    if why == "given up":
+        return OUTCOMES.index("unresolved")
+    return OUTCOMES.index("fails_at_once" if at_once else "fails_later")

@@ -1,0 +1,115 @@
+"""How little model each scene needs: errors and costs from five states to a closed form, and when five are needed.
+
+    python studies/model_reduction/run.py [--quick] [--output FOLDER]
+
+writes cost.png, unequal.png and model_reduction.nc and prints every table behind README.md.
+"""
+
+import argparse
+import os
+import platform
+from pathlib import Path
+
+import amounts
+import charts
+import modes
+import numba
+import numpy as np
+import scipy
+import xarray as xr
+
+import dea_maps as dm
+
+HERE = Path(__file__).resolve().parent
+RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]
+QUICK_SCENES = ["step at 1.2", "ramp at 1"]
+STATES = 100_000
+DIFFERENCES = (1e-4, 1e-3, 1e-2, 0.1, 0.3)
+SHOWN = 1e-7
+
+
+def main() -> None:
+    """Measure, draw, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="two tolerances in two scenes only")
+    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+
+    scenes = QUICK_SCENES if options.quick else list(amounts.SCENES)
+    data = amounts.measure(QUICK_RTOLS if options.quick else RTOLS, scenes)
+    unequal = modes.unequal_loads(list(DIFFERENCES), rtol=1e-11)
+    charts.costs(data, options.output / "cost.png")
+    charts.unequal(unequal, options.output / "unequal.png")
+    whole = xr.merge([data, unequal])
+    whole.attrs = {"title": "Cost and error of more and less model of a dielectric-elastomer film"}
+    whole.to_netcdf(options.output / "model_reduction.nc")
+
+    print_amounts(data)
+    print_modes()
+    print_unequal(unequal)
+    print_machine()
+
+
+def print_amounts(data: xr.Dataset) -> None:
+    """Print cost at one rtol, and the smallest error of each amount, as Markdown tables."""
+    rtol = float(data.rtol.sel(rtol=SHOWN, method="nearest"))
+    tables = {
+        f"Microseconds per film at rtol {rtol:g}": 1e6 * data.seconds.sel(rtol=rtol),
+        "Error at failure at the tightest rtol": data.error.isel(rtol=-1),
+    }
+    for title, table in tables.items():
+        print(f"{title}\n\n| scene |", " | ".join(data.amount.values), "|")
+        print("|---|" + "---|" * data.sizes["amount"])
+        for scene in data.scene.values:
+            values = table.sel(scene=scene).values
+            cells = ["-" if np.isnan(value) else f"{value:.2g}" for value in values]
+            print(f"| {scene} |", " | ".join(cells), "|")
+        print()
+    seconds = data.seconds.sel(rtol=rtol)
+    ratio = seconds.sel(amount="five states") / seconds.sel(amount=["quadrature", "scalar, regular form"]).min("amount")
+    python = seconds.sel(amount="five states") / seconds.sel(amount="equibiaxial, same integrator")
+    print(f"five states over the least model: {float(ratio.min()):,.0f} to {float(ratio.max()):,.0f} times the cost;")
+    print(
+        f"over the equibiaxial one with the same integrator: {float(python.min()):.0f} to {float(python.max()):.0f}\n"
+    )
+
+
+def print_modes() -> None:
+    """Print what random states say of the antisymmetric mode."""
+    for dead_loads in (False, True):
+        found = modes.random_modes(STATES, dead_loads=dead_loads)
+        words = "with equal dead loads" if dead_loads else "without loads but the field"
+        print(
+            f"{found.states:,} random states {words}, and as many on the border: antisymmetric mode critical first at "
+            f"{found.first}; its stiffness over W11 at least {found.smallest:.4f}; on the border another than the "
+            f"symmetric mode is soft at {found.eigen}; |det H| there at most {found.border:.0e} of the diagonal"
+        )
+    print()
+
+
+def print_unequal(data: xr.Dataset) -> None:
+    """Print the error of the reduction under unequal loads, as a Markdown table."""
+    print("| scene | half the difference | stretches apart | error of stretch | error of time |")
+    print("|---|---|---|---|---|")
+    for case in data.case.values:
+        for difference in data.difference.values:
+            part = data.sel(case=case, difference=difference)
+            cells = [f"{float(part[name]):.1e}" for name in ("apart", "error_stretch", "error_time")]
+            print(f"| {case} | {difference:g} |", " | ".join(cells), "|")
+    print()
+
+
+def print_machine() -> None:
+    """Print the processor, the number of cores and the versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
+    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
+    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
+    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""The figures of Zhao, Koh and Suo (2011) computed anew, with the claims of the text beside what is computed.
+
+    python studies/zhao2011/run.py [--quick] [--output FOLDER]
+
+writes mechanics.png (Figs. 2 and 4), constant_field.png (Fig. 5(b)), ramps.png (Fig. 6(b)-(d)) and zhao2011.nc, and
+prints the table of claims of README.md.
+"""
+
+import argparse
+import os
+import platform
+from pathlib import Path
+
+import charts
+import numpy as np
+import scenes
+import scipy
+import xarray as xr
+
+import dea_maps as dm
+
+HERE = Path(__file__).resolve().parent
+
+
+def main() -> None:
+    """Compute, draw, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="fewer points on every curve")
+    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    nodes = 60 if options.quick else 400
+
+    mechanics = xr.merge([scenes.relaxation(nodes), scenes.tension(nodes)], compat="override")
+    held = scenes.constant_field(nodes)
+    ramp = scenes.ramps(nodes // 2)
+    charts.mechanics(mechanics, options.output / "mechanics.png")
+    charts.constant_field(held, options.output / "constant_field.png")
+    charts.ramps(ramp, options.output / "ramps.png")
+
+    claims = scenes.claims(ramp)
+    data = xr.merge([mechanics, held, ramp], compat="override", combine_attrs="drop")
+    for name in ("says", "computed"):
+        data[f"claim_{name}"] = ("claim", [getattr(claim, name) for claim in claims])
+    data["claim_holds"] = ("claim", np.array([claim.holds for claim in claims], np.int8))
+    data.attrs = {"title": "Figures of Zhao, Koh and Suo (2011) computed from its equations"}
+    data.to_netcdf(options.output / "zhao2011.nc")
+
+    print("| where | the paper | its equations | holds |\n|---|---|---|---|")
+    for claim in claims:
+        print("|", " | ".join([claim.where, claim.says, claim.computed, "yes" if claim.holds else "no"]), "|")
+    print(f"\nfive states against one equibiaxial film, at failure: {scenes.full_against_reduced():.1e} at worst\n")
+    print_machine()
+
+
+def print_machine() -> None:
+    """Print the processor, the number of cores and the versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
+    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
+    versions |= {"dea_maps": dm.__version__}
+    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+
+
+if __name__ == "__main__":
+    main()
