@@ -27,6 +27,8 @@ CHUNK = 4096
 NAMES = ("field", "rate", "modulus_ratio")
 # Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
 ATTEMPTS = 1_000_000
+# The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
+TRACE_ATTEMPTS = 100_000_000
 
 _OUTCOMES = np.full(16, UNRESOLVED, np.int8)
 _OUTCOMES[lanes.SURVIVES] = SURVIVES
@@ -129,7 +131,7 @@ def trace(
         columns = _columns(parameters, np.unravel_index(cell, ratio.shape))
         # Where the film runs away at last, the error counts of all the time before.
         tight = max(0.1 * rtol / (1.0 + min(lifetimes.flat[cell], times.max(initial=0.0))), 1e-15)
-        kernel(*columns, times, tight, ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
+        kernel(*columns, times, tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
         return 1
 
     _in_threads(compute, range(cells))

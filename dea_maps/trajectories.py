@@ -40,8 +40,8 @@ def trajectory(
     -------
     Dataset
         ``stretch``, ``internal_stretch``, ``applied_field`` over the relaxed critical field and ``margin``,
-        ``1 - e/e_c(xi)``, zero at failure, with ``time`` as the last dimension, NaN after failure; and the
-        variables of `sweep`.
+        ``1 - e/e_c(xi)``, zero at failure, with ``time`` as the last dimension, NaN after failure, and where the
+        accuracy cannot be reached, as in ramps slower than 1e-5 at an `rtol` below 1e-8; and the variables of `sweep`.
 
     Raises
     ------

@@ -144,4 +144,5 @@ def test_a_film_lingers_as_long_as_it_does(field, m, rtol):
     stretches = [1.2, 1.26, 1.3, 1.5]
     times = [time_to_reach(stretch, field, m) for stretch in stretches]
     ds = dm.trajectory(dm.Step(), time=times, field=field, modulus_ratio=m, rtol=rtol)
-    np.testing.assert_allclose(ds.stretch, stretches, rtol=rtol)
+    allowed = rtol + 1e-13 * np.array(times)  # what rounding of the time before leaves
+    assert (abs(ds.stretch / stretches - 1) <= allowed).all()
