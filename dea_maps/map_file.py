@@ -60,7 +60,8 @@ class MapFile:
         """Make a variable like that of the map of one cell."""
         attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
         kinds = ("zlib", "shuffle", "fletcher32") if pattern.ndim else ()
-        storage: dict[str, Any] = {kind: pattern.filters()[kind] for kind in kinds}
+        filters: dict[str, Any] = dict(pattern.filters() or {})
+        storage = {kind: filters[kind] for kind in kinds}
         variable = self._file.createVariable(
             pattern.name,
             pattern.dtype,
