@@ -41,7 +41,7 @@ def trajectory(
     Dataset
         ``stretch``, ``internal_stretch``, ``applied_field`` over the relaxed critical field and ``margin``,
         ``1 - e/e_c(xi)``, zero at failure, with ``time`` as the last dimension, NaN after failure, and where the
-        accuracy cannot be reached, as in ramps slower than 1e-5 at an `rtol` below 1e-8; and the variables of `sweep`.
+        accuracy cannot be reached, as may be in ramps slower than 1e-5 at a small `rtol`; and the variables of `sweep`.
 
     Raises
     ------

@@ -1,0 +1,33 @@
+"""The grids: a map of every program, of any number of cells."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+import dea_maps as dm
+
+PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
+RATIOS = 10
+
+
+def parameters(program: str, cells: int) -> dict[str, NDArray[np.float64]]:
+    """Return a grid with 10 modulus ratios from 2 to 6; every film of it fails later, none survives, none at once."""
+    ratio = np.linspace(2.0, 6.0, RATIOS)
+    rest = max(cells // RATIOS, 1)
+    if program == "step":
+        return {"field": np.linspace(1.01, 1.4, rest), "modulus_ratio": ratio}
+    if program == "ramp":
+        return {"rate": np.geomspace(1e-3, 1e3, rest), "modulus_ratio": ratio}
+    side = max(round(rest**0.5), 1)
+    return {
+        "field": np.linspace(1.01, 2.2, side),
+        "rate": np.geomspace(1e-3, 1e3, max(rest // side, 1)),
+        "modulus_ratio": ratio,
+    }
+
+
+def flat(program: str, cells: int) -> list[NDArray[np.float64]]:
+    """Return field, rate and modulus ratio of every cell, as a kernel takes them: zero where there is none."""
+    given = parameters(program, cells)
+    columns = dict(zip(given, (part.ravel() for part in np.meshgrid(*given.values(), indexing="ij")), strict=True))
+    zero = np.zeros(columns["modulus_ratio"].size)
+    return [np.ascontiguousarray(columns.get(name, zero)) for name in ("field", "rate", "modulus_ratio")]

@@ -1,0 +1,109 @@
+"""Throughput: trajectories per second by size, threads and rtol; memory; starts; share of the measured limit.
+
+    python studies/throughput/run.py [--quick] [--huge] [--output FOLDER]
+
+writes throughput.nc, sizes.png, limits.png and starts.png, and prints the tables of README.md.
+"""
+
+import argparse
+import os
+import platform
+from pathlib import Path
+
+import charts
+import measure
+import numba
+import numpy as np
+import scipy
+import xarray as xr
+
+import dea_maps as dm
+
+HERE = Path(__file__).resolve().parent
+QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
+
+
+def main() -> None:
+    """Measure, draw, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="small grids, cold start of one program")
+    parser.add_argument("--huge", action="store_true", help="up to 1e8 cells, which takes 4 GB of memory or more")
+    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    quick = options.quick
+
+    rtols = QUICK_RTOLS if quick else measure.RTOLS
+    powers = range(4, 5) if quick else range(2, 9 if options.huge else 8)
+    parts = [
+        measure.limits(*((2_000, 20, 2_000) if quick else (100_000, 200, 100_000)), rtols),
+        measure.sizes(powers, (1, 2)),
+        measure.accuracies(10_000 if quick else 1_000_000, rtols),
+        measure.starts(("step",) if quick else tuple(measure.grids.PROGRAMS)),
+    ]
+    data = xr.merge(parts).sortby("rtol", ascending=False)
+    data.attrs["title"] = "Throughput of dea_maps"
+    data.to_netcdf(options.output / "throughput.nc")
+    charts.sizes(data, options.output / "sizes.png")
+    charts.limits(data, options.output / "limits.png")
+    charts.starts(data, options.output / "starts.png")
+    print_sizes(data)
+    print_limits(data)
+    print_machine()
+
+
+def print_sizes(data: xr.Dataset) -> None:
+    """Print trajectories per second and memory by size, and the times of a start, as Markdown tables."""
+    heads = " | ".join(f"{size:.0e}" for size in data["size"].values)
+    print(f"\nTrajectories per second of dm.sweep at rtol 1e-6, by size\n\n| program | threads | {heads} |")
+    print("|---|---|" + "---|" * data.sizes["size"])
+    for program in data.program.values:
+        for threads in data.threads.values:
+            rates = data.rate.sel(program=program, threads=threads).values
+            print(f"| {program} | {threads} |", " | ".join(f"{rate:.1e}" for rate in rates), "|")
+        ends = data.rate.sel(program=program, threads=[data.threads.values.min(), data.threads.values.max()])
+        print(f"| {program} | ratio |", " | ".join(f"{ratio:.2f}" for ratio in ends[1].values / ends[0].values), "|")
+    print(f"\nPeak memory above that of the process before the sweep, MB\n\n| program | threads | {heads} |")
+    print("|---|---|" + "---|" * data.sizes["size"])
+    for program in data.program.values:
+        for threads in data.threads.values:
+            memory = data.memory.sel(program=program, threads=threads).values
+            print(f"| {program} | {threads} |", " | ".join(f"{value:.0f}" for value in memory), "|")
+    print(f"\nunresolved cells: {int(data.unresolved.sum())}")
+    print("\n| process that sweeps 100 cells | cold, s | warm, s |\n|---|---|---|")
+    for program in data.started.values:
+        cold, warm = data.start.sel(started=program).values
+        print(f"| {program} | {cold:.1f} | {warm:.1f} |")
+
+
+def print_limits(data: xr.Dataset) -> None:
+    """Print trajectories per second by rtol, and the share of the measured limit, as Markdown tables."""
+    heads = " | ".join(f"{rtol:.0e}" for rtol in data.rtol.values)
+    print(f"\nOne thread, by rtol\n\n| | {heads} |\n|---|" + "---|" * data.sizes["rtol"])
+    for program in data.program.values:
+        rates = data.rate_by_rtol.sel(program=program).values
+        print(f"| {program}: dm.sweep, trajectories/s |", " | ".join(f"{rate:.1e}" for rate in rates), "|")
+    for program in data.limited.values:
+        part = data.sel(limited=program)
+        share = part.kernel_rate * part.evaluations / part.evaluations_alone
+        print(f"| {program}: kernel, trajectories/s |", " | ".join(f"{x:.1e}" for x in part.kernel_rate.values), "|")
+        print(f"| {program}: evaluations a trajectory |", " | ".join(f"{x:.0f}" for x in part.evaluations.values), "|")
+        print(f"| {program}: share of the limit |", " | ".join(f"{x:.2f}" for x in share.values), "|")
+    for program in data.limited.values:
+        print(f"\n{program}: {float(data.evaluations_alone.sel(limited=program)):.2e} evaluations/s alone", end="")
+    print("\n")
+
+
+def print_machine() -> None:
+    """Print the processor, the number of cores and the versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
+    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
+    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
+    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,111 @@
+"""Work against precision: time per trajectory on one core at delivered error, for dea_maps and other solvers.
+
+    python studies/work_precision/run.py [--quick] [--output FOLDER]
+
+writes work_precision.nc, summary.png and one chart a scene, and prints the tables of README.md. Other solvers take part
+where they are installed: pip install -e '.[peers]'. SciPy and NumPy are always there.
+"""
+
+import argparse
+import importlib.metadata
+import os
+import platform
+from pathlib import Path
+
+import charts
+import forms
+import measure
+import numpy as np
+import xarray as xr
+from scenes import SCENES, SIZES
+from truth import against_reference, doubt
+
+HERE = Path(__file__).resolve().parent
+LIBRARIES = ("dea_maps", "numba", "numpy", "scipy", "heyoka", "CyRK", "diffrax", "jax")
+
+
+def main() -> None:
+    """Measure, draw, write, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true", help="two scenes, few cases, SciPy and NumPy alone")
+    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    measure.one_core()
+
+    data = measure.measure(options.quick)
+    encoding = {name: {"zlib": True} for name in ("seconds", "worst", "median", "unanswered", "cases")}
+    data.to_netcdf(options.output / "work_precision.nc", encoding=encoding)
+    for name in data.scene.values:
+        charts.scene(data, name, options.output / f"{name}.png")
+    charts.summary(data, options.output / "summary.png")
+    for name in data.scene.values:
+        print_scene(data, name)
+    print_posing(data)
+    print_truth(data, SIZES[0] if options.quick else SIZES[1])
+    print_machine()
+
+
+def print_scene(data: xr.Dataset, scene: str) -> None:
+    """Print trajectories per second at a delivered accuracy, as a Markdown table."""
+    groups = measure.groups(data)
+    print(f"\n{scene}: {SCENES[scene].title}; trajectories per second and core, every case as accurate\n")
+    print("| error | auto | fastest of dea_maps | fastest other | ratio | fastest other, paper's form | ratio |")
+    print("|---|---|---|---|---|---|---|")
+    for accuracy in measure.ACCURACIES:
+        found = {group: measure.fastest(data, scene, names, accuracy) for group, names in groups.items()}
+        mine = found["auto"][1]
+        cells = [f"{mine:.1e}"]
+        for group in ("ours", "others", "rate"):
+            name, rate = found[group]
+            cells.append(f"{rate:.1e} {name}" if name else "none")
+            if group != "ours":
+                cells.append(f"{mine / rate:.1f}" if name else "-")
+        print(f"| {accuracy:.0e} |", " | ".join(cells), "|")
+    print("\n| solver | least error of the worst case | settings without an answer in some case |\n|---|---|---|")
+    for name in data.solver.values:
+        part = data.sel(scene=scene, solver=name)
+        count = int(part.seconds.notnull().sum())
+        if count:
+            silent = int((part.unanswered > 0.0).sum())
+            print(f"| {name} | {float(part.worst.min()):.1e} | {silent} of {count} |")
+
+
+def print_posing(data: xr.Dataset) -> None:
+    """Print what posing the best forms takes, which is not timed, but for the quadrature."""
+    print("\nNot timed for other solvers, but a part of every time of dea_maps: posing a case, in NumPy:", end=" ")
+    for name in data.scene.values:
+        if SCENES[name].program != "ramp_hold":
+            cases, form = SCENES[name].cases(SIZES[-1]), forms.BEST[SCENES[name].program][0]
+            seconds = min(measure.seconds_of(lambda form=form, cases=cases: form.pose(cases)) for _ in range(5))
+            print(f"{name} {1e6 * seconds / SIZES[-1]:.2f} µs,", end=" ")
+    print()
+
+
+def print_truth(data: xr.Dataset, number: int) -> None:
+    """Print how sure the truth is."""
+    print("\n| scene | truth: change with finer panels | against mpmath, on a sample |\n|---|---|---|")
+    for name in data.scene.values:
+        sample = against_reference(SCENES[name], number)
+        print(f"| {name} | {doubt(SCENES[name], number):.1e} |", "-" if sample is None else f"{sample:.1e}", "|")
+    print()
+
+
+def print_machine() -> None:
+    """Print the processor, the number of cores and the versions."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
+    versions = {"Python": platform.python_version()}
+    for name in LIBRARIES:
+        try:
+            versions[name] = importlib.metadata.version(name)
+        except importlib.metadata.PackageNotFoundError:
+            versions[name] = "not installed"
+    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+
+
+if __name__ == "__main__":
+    np.seterr(all="ignore")
+    main()

@@ -1,0 +1,83 @@
+"""What a solver is to the measurement, and the solvers of `dea_maps` itself."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scenes import Cases
+
+import dea_maps as dm
+from dea_maps.catalogue import choose
+from dea_maps.kernels import lanes
+from dea_maps.kernels.build import sweep_for
+
+PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
+RTOLS = tuple(float(f"1e-{decade}") for decade in range(3, 13))
+TOLERANCES = tuple(float(f"1e-{decade}") for decade in range(3, 15))
+ATTEMPTS = 20_000
+
+Answer = tuple[NDArray[np.float64], NDArray[np.float64]]
+Go = Callable[[], object]
+Read = Callable[[], Answer]
+
+
+class Solver(NamedTuple):
+    """A way to solve the cases of a scene.
+
+    Attributes
+    ----------
+    name : str
+        Library, method and formulation.
+    library : str
+        "dea_maps", or that of others.
+    own_form : bool
+        Whether it takes the paper's rate form.
+    accuracies : sequence of float
+        Settings: tolerances, steps or numbers of nodes.
+    prepare : callable
+        ``prepare(cases, accuracy) -> (go, read)``: ``go()`` is what is timed, and ``read()`` then gives time to
+        failure and critical stretch, NaN where there is no answer.
+    largest : int
+        Number of cases, at most.
+    """
+
+    name: str
+    library: str
+    own_form: bool
+    accuracies: Sequence[float]
+    prepare: Callable[[Cases, float], tuple[Go, Read]]
+    largest: int = 4096
+
+
+def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases, float], tuple[Go, Read]]:
+    def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
+        picked = choose(PROGRAMS[program], method, form, 1e-6 if fixed else accuracy, accuracy if fixed else None)
+        kernel = sweep_for(program, picked.formulation, picked.method)
+        status, result = np.empty(cases.ratio.size, np.int8), np.empty((5, cases.ratio.size))
+
+        def go() -> None:
+            kernel(*cases, picked.rtol or 0.0, picked.step or 0.0, ATTEMPTS, status, result)
+
+        def read() -> Answer:
+            failed = status == lanes.FAILED
+            return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
+
+        return go, read
+
+    return prepare
+
+
+def ours(program: str, quick: bool) -> list[Solver]:
+    """Return "auto" and every method of `dea_maps` on every formulation that serves a program."""
+    found = [Solver("auto", "dea_maps", False, RTOLS, _ours(program, "auto", "auto", False))]
+    for method in dm.methods():
+        fixed = method.kind.endswith("fixed step")
+        for form, served in method.serves.items():
+            if program not in served or (quick and (method.name, form) != ("dopri5", "fold")):
+                continue
+            accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if fixed else RTOLS
+            prepare = _ours(program, method.name, form, fixed)
+            name, rate = f"{method.name}, {form}", form == "rate"
+            found.append(Solver(name, "dea_maps", rate, accuracies, prepare, 256 if rate else 4096))
+    return found
