@@ -20,7 +20,7 @@ from .general_run import Life, Loads, live, sampled
 from .load_history import Load, as_history
 from .nomenclature import OUTCOMES, cf_attributes
 from .parameters import BOUNDS, Bound, brief, check_values
-from .trajectories import _times
+from .trajectories import checked_times
 
 _STRESS, _STRETCH = Bound(-inf, included=True), Bound(0.0, included=False)
 _TIGHTEST, _LOOSEST = 1e-12, 1e-3
@@ -92,7 +92,7 @@ def general_trajectory(
     >>> [f"{stress:.3f}" for stress in ds.stress_1.values]
     ['2.231', '3.316']
     """
-    times = _times(time).values
+    times = checked_times(time).values
     ratio = _number("modulus_ratio", modulus_ratio)
     check_values("modulus_ratio", np.array(ratio))
     tolerance = _number("rtol", rtol)

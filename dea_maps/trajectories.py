@@ -55,7 +55,7 @@ def trajectory(
     >>> [f"{stretch:.3f}" for stretch in ds.stretch.values]
     ['1.034', '1.177', 'nan']
     """
-    times = _times(time)
+    times = checked_times(time)
     grid, choice = planned(program, modulus_ratio=modulus_ratio, field=field, rate=rate, rtol=rtol)
     if "time" in grid.dims:
         raise ValueError("time must be a name of its own; got a parameter with a dimension 'time'")
@@ -83,7 +83,7 @@ def trajectory(
     )
 
 
-def _times(time: npt.ArrayLike | xr.DataArray) -> xr.Variable:
+def checked_times(time: npt.ArrayLike | xr.DataArray) -> xr.Variable:
     """Check the times, and put them on the dimension ``time``."""
     values = np.atleast_1d(np.asarray(time))
     if values.ndim != 1:

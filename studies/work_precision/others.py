@@ -5,7 +5,6 @@ Posing the problem (the state after a sudden load) and reading off the answer ar
 
 import importlib.util
 import math
-import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 
@@ -13,98 +12,15 @@ import forms
 import numba as nb
 import numpy as np
 from forms import Form
+from plain import numpy_quadrature, posed, scipy_solver
 from scenes import Cases
-from solvers import TOLERANCES, Answer, Go, Read, Solver
+from solvers import TOLERANCES, Go, Read, Solver
 
 STEPS = 20_000
-EVALUATIONS = 60_000
 NODES = (4, 6, 8, 10, 12, 16, 20, 24, 32, 40, 48, 64)
 BATCHES = (16, 32)
 FEW, SOME = 16, 256
 SPARSE = TOLERANCES[::2]
-
-
-def _results(form: Form, cases: Cases) -> tuple[forms.Problem, np.ndarray, np.ndarray, Read]:
-    """Pose a problem, with room for the ends (NaN so far) and their times."""
-    problem = form.pose(cases)
-    states, times = np.full(problem.states.shape, np.nan), problem.end.copy()
-
-    def read() -> Answer:
-        with np.errstate(invalid="ignore"):
-            return form.read(cases, problem, times, states)
-
-    return problem, states, times, read
-
-
-def _numpy_quadrature(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-    nodes, weights = np.polynomial.legendre.leggauss(int(accuracy))
-    rhs = forms.SINH.make(np.exp)
-    found = np.empty((2, cases.ratio.size))
-    block = 128  # cases at a time, for the caches
-
-    def go() -> None:
-        for first in range(0, cases.ratio.size, block):
-            part = Cases(*(column[first : first + block] for column in cases))
-            problem = forms.SINH.pose(part)
-            half = 0.5 * (problem.end - problem.begin)
-            places = problem.begin + half * (1.0 + nodes[:, np.newaxis])
-            found[0, first : first + block] = half * (weights @ rhs(places, None, problem.constants)[0])
-            found[1, first : first + block] = 1.0 / np.sqrt(problem.u)
-
-    return go, lambda: (found[0], found[1])
-
-
-class _TooLongError(Exception):
-    """More evaluations than a case is given."""
-
-
-def _scipy(form: Form, method: str) -> Callable[[Cases, float], tuple[Go, Read]]:
-    from scipy.integrate import solve_ivp
-
-    compiled = nb.njit(form.make(math.exp), error_model="numpy")
-
-    def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-        problem, states, times, read = _results(form, cases)
-
-        def one(case: int) -> None:
-            constants = problem.constants[:, case].copy()
-            count = 0
-
-            def rhs(t: float, y: np.ndarray) -> tuple[float, ...]:
-                nonlocal count
-                count += 1
-                if count > EVALUATIONS:
-                    raise _TooLongError
-                return compiled(t, y, constants)
-
-            def event(t: float, y: np.ndarray) -> float:
-                return float(forms.distance(y[1], constants[0]) - y[0])
-
-            event.terminal, event.direction = True, -1.0
-            events = event if form is forms.RATE else None
-            span = (problem.begin[case], problem.end[case])
-            try:
-                solution = solve_ivp(
-                    rhs, span, problem.states[:, case], method, rtol=max(accuracy, 3e-14), atol=accuracy, events=events
-                )
-            except (ValueError, ZeroDivisionError):  # LSODA on "rate": its root finder meets no change of sign
-                return
-            if solution.status == (1 if events else 0):
-                states[:, case], times[case] = solution.y[:, -1], solution.t[-1]
-
-        def go() -> None:
-            states[:] = np.nan
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")
-                try:
-                    for case in range(times.size):
-                        one(case)
-                except _TooLongError:  # the rest would take as long
-                    return
-
-        return go, read
-
-    return prepare
 
 
 @cache
@@ -126,7 +42,7 @@ def _taylor(form: Form, sizes: tuple[int, int], tolerance: float, batch: int) ->
 
 def _heyoka(form: Form, batch: int) -> Callable[[Cases, float], tuple[Go, Read]]:
     def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-        problem, states, times, read = _results(form, cases)
+        problem, states, times, read = posed(form, cases)
         sizes = (problem.states.shape[0], problem.constants.shape[0])
         lanes = min(batch, problem.end.size)
         solver = _taylor(form, sizes, accuracy, lanes)
@@ -189,7 +105,7 @@ def _cyrk(form: Form, method: str) -> Callable[[Cases, float], tuple[Go, Read]]:
             found.free()
 
     def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-        problem, states, _, read = _results(form, cases)
+        problem, states, _, read = posed(form, cases)
         kept = callback  # as long as the solver is in use
 
         def go() -> None:
@@ -215,7 +131,7 @@ def _cyrk_event(method: str) -> Callable[[Cases, float], tuple[Go, Read]]:
     event.terminal, event.direction = True, -1
 
     def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-        problem, states, times, read = _results(forms.RATE, cases)
+        problem, states, times, read = posed(forms.RATE, cases)
 
         def go() -> None:
             for case in range(times.size):
@@ -256,7 +172,7 @@ def _diffrax(form: Form, method: str) -> Callable[[Cases, float], tuple[Go, Read
     solve = jax.jit(jax.vmap(one, in_axes=(0, 0, 1, 1, None), out_axes=(0, 1, 0)))
 
     def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
-        problem, states, times, read = _results(form, cases)
+        problem, states, times, read = posed(form, cases)
         given = [jnp.asarray(part) for part in (problem.begin, problem.end, problem.states, problem.constants)]
 
         def go() -> None:
@@ -274,12 +190,12 @@ def others(program: str, quick: bool) -> Iterator[Solver]:
     (margin, *_) = forms.BEST[program]
     step = program == "step"
     if step:
-        yield Solver("NumPy quadrature, sinh", "NumPy", False, NODES, _numpy_quadrature)
+        yield Solver("NumPy quadrature, sinh", "NumPy", False, NODES, numpy_quadrature)
     tolerances = (1e-4, 1e-8) if quick else SPARSE
     for method in ("DOP853",) if quick else ("DOP853", "Radau"):
-        yield Solver(f"SciPy {method}, margin", "SciPy", False, tolerances, _scipy(margin, method), FEW)
+        yield Solver(f"SciPy {method}, margin", "SciPy", False, tolerances, scipy_solver(margin, method), FEW)
     for method in ("LSODA",) if quick else ("DOP853", "Radau", "LSODA"):
-        yield Solver(f"SciPy {method}, rate", "SciPy", True, tolerances, _scipy(forms.RATE, method), FEW)
+        yield Solver(f"SciPy {method}, rate", "SciPy", True, tolerances, scipy_solver(forms.RATE, method), FEW)
     if quick:
         return
     best = forms.BEST[program]
