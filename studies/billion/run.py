@@ -111,11 +111,13 @@ def written(parts: Path) -> float:
 def draw(watched: xr.Dataset, path: Path) -> None:
     """Draw disk and memory against time."""
     figure, (upper, lower) = plt.subplots(2, 1, figsize=(7.0, 5.0), sharex=True, layout="constrained")
-    upper.plot(watched.time, watched.parts, color="#08306b", label="finished parts")
-    upper.plot(watched.time, watched.file, color="#d55e00", ls="--", label="compressed file")
+    last = int(np.argmax(watched.parts.values))  # then the map is there, and the parts are removed
+    file = watched.file.where(watched.file > 0)
+    upper.plot(watched.time[: last + 1], watched.parts[: last + 1], color="#08306b", label="finished parts")
+    upper.plot(watched.time, file, color="#d55e00", ls="--", label="compressed file")
     upper.set_ylabel("on the disk (GB)")
     upper.legend(frameon=False, loc="upper left")
-    lower.plot(watched.time[:-1], watched.memory[:-1], color="black")
+    lower.plot(watched.time, watched.memory.where(watched.memory > 0), color="black")
     lower.set(xlabel="time since the start (s)", ylabel="resident memory (MiB)", ylim=(0, None))
     for ax in (upper, lower):
         ax.grid(color="0.85", lw=0.5)
