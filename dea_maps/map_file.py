@@ -1,5 +1,6 @@
 """A NetCDF-4 map written part by part: what ``Dataset.to_netcdf`` would write, without all of it in memory."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -69,6 +70,8 @@ class MapFile:
             **storage,
             complevel=1,
             chunksizes=chunks.part_shape if pattern.ndim else None,
+            # Room for one chunk: parts bring whole ones, which are then compressed at once and not all at the end.
+            chunk_cache=math.prod(chunks.part_shape) * pattern.dtype.itemsize,
             fill_value=attributes.pop("_FillValue", False),
         )
         variable.set_auto_maskandscale(False)
