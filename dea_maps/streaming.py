@@ -159,8 +159,8 @@ def _write(
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
     hollow = plan.hollow()
-    # netCDF is called from this one thread alone; compression and checksums let the others compute.
-    with ThreadPoolExecutor(1) as disk:
+    # netCDF is called from one thread alone; compression, checksums and the disk let the others compute.
+    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
         file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
         saves: deque[Future[None]] = deque()
         writes: deque[Future[None]] = deque()
@@ -169,7 +169,7 @@ def _write(
                 while len(saves) + len(writes) >= WAITING:
                     (saves or writes).popleft().result()
                 if is_new:
-                    saves.append(disk.submit(parts.save, number, arrays))
+                    saves.append(saver.submit(parts.save, number, arrays))
                 writes.append(disk.submit(file.write, plan.parts.index(number), arrays))
             for future in (*saves, *writes):
                 future.result()
