@@ -18,7 +18,7 @@ h comes from y without cancellation, which a slow ramp needs, where y is of the 
 import numpy as np
 
 from ._jit import device
-from .model import CRITICAL_LOAD, CRITICAL_U
+from .model import CRITICAL_LOAD, CRITICAL_U, deficit
 
 # Area strain of the relaxed film under its largest load.
 CRITICAL_STRAIN = 4.0 ** (1.0 / 3.0) - 1.0
@@ -45,7 +45,7 @@ def excess_and_flow(v, y, p):
     u = z * inverse
     h = y * (1.0 + z + z * z) * (area * inverse)
     d = (CRITICAL_STRAIN - v * v) * (CRITICAL_U * u)
-    return p * u * u * h - d * d * (u * (u + 2.0 * CRITICAL_U) + 3.0 * CRITICAL_U * CRITICAL_U), h, u, d
+    return p * u * u * h - deficit(u, d), h, u, d
 
 
 @device

@@ -49,15 +49,19 @@ def flow(u, r):
 
 
 @device
+def deficit(u, d):
+    """Return what a relaxed film's load lacks of its largest: ``e_C - (u - u**4)``, with d = u - u*, uncancelled."""
+    return d * d * (u * (u + 2.0 * CRITICAL_U) + 3.0 * CRITICAL_U * CRITICAL_U)
+
+
+@device
 def flow_under_field(u, field, p):
     """Half the rate of r in equilibrium with a field, from (23): ``h = (e - u + u**4)/(p u**2)``.
 
-    Accurate relative to itself next to the critical field, where it almost vanishes: with d = u - u*,
-    ``u - u**4 = e_C - d**2 (u**2 + 2 u u* + 3 u***2)``, and field - 1 is exact.
+    Accurate relative to itself next to the critical field, where it almost vanishes; field - 1 is exact.
     """
-    d = u - CRITICAL_U
     excess = CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
-    return (excess + d * d * (u * (u + 2.0 * CRITICAL_U) + 3.0 * CRITICAL_U * CRITICAL_U)) / (p * u * u)
+    return (excess + deficit(u, u - CRITICAL_U)) / (p * u * u)
 
 
 @device

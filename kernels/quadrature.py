@@ -22,7 +22,6 @@ from .model import CRITICAL_U, instant_gap, relative_u
 
 # Rows of the block.
 EXCESS = 1  # p
-START = 2  # y at the start
 CENTRE = 3  # of the interval in y, and half of its length
 HALF = 4
 REAL = 5  # q - 1
