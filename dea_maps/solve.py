@@ -113,8 +113,9 @@ def trace(
     ----------
     program, parameters
         As in `solve`.
-    times : (times,) ndarray
-        In relaxation times, ascending, not negative.
+    times : (..., times) ndarray
+        In relaxation times, ascending, not negative: the same for all cells, or a row for each, in the shape of
+        ``parameters``.
     lifetimes : ndarray
         Times to failure, of the shape of ``parameters``; 0 where there is none.
     rtol : float
@@ -126,39 +127,41 @@ def trace(
         Of the shape of ``parameters`` and one dimension more, along ``times``; NaN after failure.
     """
     ratio = parameters["modulus_ratio"]
-    cells = ratio.size
+    cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
     kernel = build.trajectory(program.name)
-    stretch, internal = np.empty((2, cells, times.size))
+    stretch, internal = np.empty((2, cells, shape[-1]))
+    per_cell = np.broadcast_to(times, shape)
 
     def compute(cell: int) -> int:
-        columns = _columns(parameters, np.unravel_index(cell, ratio.shape))
+        index = np.unravel_index(cell, ratio.shape)
+        columns = _columns(parameters, index)
+        own = np.ascontiguousarray(per_cell[index])
         # Where the film runs away after a long hold, the error counts of all that time.
         field, rate, _ = (float(column[0]) for column in columns)
         held = programs.time_held(program.name, field, rate, float(lifetimes.flat[cell]))
         tight = max(rtol / (1.0 + 10.0 * held), 1e-14)
-        alive = times < (lifetimes.flat[cell] or np.inf)
+        alive = own < (lifetimes.flat[cell] or np.inf)
         for share in RETRACED:
-            kernel(*columns, times, share * tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
+            kernel(*columns, own, share * tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
             if np.isfinite(stretch[cell, alive]).all():
                 break
         return 1
 
     _in_threads(compute, range(cells))
-    shape = (*ratio.shape, times.size)
     return stretch.reshape(shape), internal.reshape(shape)
 
 
 def applied_field(
     program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """E/Ec of every cell at given times, of the shape of ``parameters`` and one dimension more."""
+    """E/Ec of every cell at given times, as in `trace`, of the shape of ``parameters`` and one dimension more."""
     shape = parameters["modulus_ratio"].shape
     none = np.zeros(())
     columns = [parameters.get(name, none)[..., np.newaxis] for name in ("field", "rate")]
     found: NDArray[np.float64] = np.vectorize(programs.field_at, otypes=[np.float64])(
         program.name, *columns, times
     )
-    return np.broadcast_to(found, (*shape, times.size))
+    return np.broadcast_to(found, (*shape, times.shape[-1]))
 
 
 def margin(
