@@ -1,26 +1,25 @@
 """Maps over one parameter as curves, and scattered samples as points."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
+from matplotlib.figure import Figure
 
-from .chart_isochrones import Span
-from .chart_plane import (
-    COLOURS,
-    FAILS_AT_ONCE,
-    FAILS_LATER,
-    LOOKS,
-    SURVIVES,
-    UNRESOLVED,
-    log_spaced,
-    name_regions,
-    set_axis,
-)
-from .nomenclature import OUTCOMES, axis_label
+from .chart_data import drawable, log_spaced, varying
+from .chart_isochrones import time_span
+from .chart_layout import add_colour_bar, add_heading, figure_of, line_width, new_axes, text_size
+from .chart_plane import regions_of, set_axis
+from .chart_regions import COLOURS, LOOKS, name_regions, patches, words_for
+from .chart_theory import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, agrees, limits
+from .chart_units import shown, title_of, units_of
+
+Floats = npt.NDArray[np.float64]
 
 _FEW = 40
 """So many points or fewer are marked on a curve."""
@@ -28,104 +27,138 @@ _FEW = 40
 _MARKERS = {SURVIVES: "o", FAILS_AT_ONCE: "X", UNRESOLVED: "P"}
 
 
-def draw_curves(axes: Sequence[Axes], ds: xr.Dataset, name: str) -> list[Artist]:
+def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
     """Draw time to failure and critical stretch over one parameter, one above the other.
 
     Parameters
     ----------
-    axes : two Axes
-        In their final places on the figure.
     ds : Dataset
         With ``time_to_failure``, ``critical_stretch`` and ``outcome`` over one dimension.
     name : str
         The parameter along it.
-
-    Returns
-    -------
-    list of Artist
-        For a legend: the outcomes whose stretches of the parameter are too narrow to be named in place.
+    size : {"column", "slide"}
+        Of the figure.
     """
-    ds = ds.sortby(name).load()
-    x, outcome = ds[name].values, ds["outcome"].values
-    curves = {
-        "time_to_failure": ds["time_to_failure"].where(ds["outcome"] == FAILS_LATER).values,
-        "critical_stretch": ds["critical_stretch"].values,
-    }
-    regions = {region: outcome == region for region in LOOKS}
-    for ax, (variable, y) in zip(axes, curves.items(), strict=True):
-        sides = np.repeat(set_axis(ax, "x", name, x), 2)[1:-1]
-        ax.plot(x, y, color="black", linewidth=1.2, marker="." if len(x) <= _FEW else "")
-        known = y[np.isfinite(y)]
-        if variable == "time_to_failure" and known.size and known.max() > 10 * known.min() > 0:
-            ax.set_yscale("log")
-        ax.set_ylabel(axis_label(variable))
-        for region, looks in LOOKS.items():
-            ax.fill_between(
-                sides,
-                0,
-                1,
-                where=np.repeat(regions[region], 2),
-                transform=ax.get_xaxis_transform(),
-                zorder=0,
-                **{**looks, "edgecolor": looks["edgecolor"] if "hatch" in looks else "none"},
-            )
-    upper = axes[0]
-    upper.set_ylim(upper.get_ylim())
-    in_two_rows = {region: np.vstack([cells, cells]) for region, cells in regions.items()}
-    _, unnamed = name_regions(upper, x, np.array(upper.get_ylim()), in_two_rows)
-    return unnamed
+    ds = drawable(ds, "time_to_failure", "critical_stretch", what="a chart over one parameter").sortby(name).load()
+    units = units_of(ds, None)
+    parameter, time, stretch = (shown(ds, key, units) for key in (name, "time_to_failure", "critical_stretch"))
+    upper, lower = new_axes(size, rows=2, tall=1.35)
+    x = parameter.values.values
+    times = time.values.where(ds["outcome"] == FAILS_LATER).values
+    for ax, y, label in ((upper, times, time.label), (lower, stretch.values.values, stretch.label)):
+        ax.plot(x, y, color="black", linewidth=line_width(ax, 1.2), **points_of(ax, x))
+        ax.set_ylabel(label)
+    if np.nanmax(times, initial=0.0) > 10 * np.nanmin(times, initial=np.inf):
+        upper.set_yscale("log")
+    regions = regions_of(ds)
+    shade_regions(lower, ds, name, units)
+    shade_regions(upper, ds, name, units)
+    upper.label_outer()
+    head_over_regions(upper, title_of(ds, units), x, regions)
+    return figure_of(upper)
 
 
-def draw_points(ax: Axes, ds: xr.Dataset, x_name: str, y_name: str, span: Span | None) -> list[Artist]:
-    """Draw scattered samples over two parameters: time to failure in colour, other outcomes by their markers.
+def points_of(ax: Axes, x: Floats) -> dict[str, Any]:
+    """Return the points that mark the values of a curve, if they are few."""
+    return {"marker": "." if len(x) <= _FEW else "", "markersize": 0.6 * text_size(ax)}
+
+
+def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> None:
+    """Set the axis of a parameter, and shade the outcomes along it.
 
     Parameters
     ----------
     ax : Axes
-        To draw in.
+        With its curves.
+    ds : Dataset
+        The map.
+    name : str
+        The parameter, rising.
+    units : {"tau", "si"}
+        Of the chart.
+    """
+    parameter, regions = shown(ds, name, units), regions_of(ds)
+    edges, x = set_axis(ax, "x", parameter), parameter.values.values
+    program, ratio = str(ds.attrs.get("program", "")), ds["modulus_ratio"].values
+    if name == "field" and agrees(program, ds["field"].values, ratio, ds["outcome"].values):
+        for limit, side in zip(limits(program, ratio), ("right", "left"), strict=False):
+            at = float(limit) * parameter.per(ds["field"])
+            edges[np.searchsorted(x, at, side)] = np.clip(at, x[0], x[-1])
+    ends = np.repeat(edges, 2)[1:-1]
+    for region, looks in LOOKS.items():
+        quiet = {**looks, "edgecolor": looks["edgecolor"] if "hatch" in looks else "none"}
+        where = np.repeat(regions == region, 2)
+        ax.fill_between(ends, 0, 1, where=where, transform=ax.get_xaxis_transform(), zorder=0, **quiet)
+
+
+def head_over_regions(
+    ax: Axes, title: Sequence[str], x: Floats, regions: Outcomes, handles: Sequence[Artist] = ()
+) -> None:
+    """Write the title of curves, and the names of the outcomes along them: in place, or else in the legend.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its curves and shades.
+    title : sequence of str
+        Parts of the title.
+    x : (n,) ndarray
+        Rising values of the parameter.
+    regions : (n,) ndarray of int8
+        What becomes of the film at each.
+    handles : sequence of Artist
+        For the legend.
+    """
+    add_heading(ax, title, handles)
+    ax.set_ylim(ax.get_ylim())
+    heights = np.array(ax.get_ylim())
+    places = {region: np.vstack([regions == region] * 2) for region in LOOKS}
+    names, unnamed = name_regions(ax, x, heights, places)
+    if unnamed:
+        for name in names:
+            name.remove()
+        add_heading(ax, title, [*handles, *patches(unnamed)])
+        name_regions(ax, x, heights, {region: cells for region, cells in places.items() if region not in unnamed})
+
+
+def sample_points(ds: xr.Dataset, size: str) -> Figure:
+    """Draw scattered samples over two parameters: time to failure in colour, other outcomes by their markers.
+
+    Parameters
+    ----------
     ds : Dataset
         With ``time_to_failure`` and ``outcome``.
-    x_name, y_name : str
-        The parameters.
-    span : tuple of float, or None
-        Shortest and longest time of the colours; None where nothing fails later.
+    size : {"column", "slide"}
+        Of the figure.
 
-    Returns
-    -------
-    list of Artist
-        For a legend: the markers.
+    Raises
+    ------
+    ValueError
+        If fewer than two parameters vary.
     """
-    together = xr.broadcast(*(ds[name] for name in (x_name, y_name, "time_to_failure", "outcome")))
+    ds = drawable(ds, "time_to_failure")
+    names = varying(ds)
+    if len(names) < 2:
+        raise ValueError(f"a chart of samples needs two parameters that vary; got {', '.join(names) or 'none'}")
+    units, (ax,) = units_of(ds, None), new_axes(size)
+    quantities = [shown(ds, name, units) for name in (*names[:2], "time_to_failure")]
+    together = xr.broadcast(*(quantity.values for quantity in quantities), ds["outcome"])
     x, y, time, outcome = (array.values.ravel() for array in together)
-    for which, name, values in (("x", x_name, x), ("y", y_name, y)):
+    for which, quantity, values in zip("xy", quantities[:2], (x, y), strict=True):
         scale = "log" if log_spaced(np.unique(values)) else "linear"
-        ax.set(**{f"{which}label": axis_label(name), f"{which}scale": scale})
+        ax.set(**{f"{which}label": quantity.label, f"{which}scale": scale})
+    edge = {"edgecolor": "black", "linewidth": line_width(ax, 0.4), "s": 0.3 * text_size(ax) ** 2}
     later = outcome == FAILS_LATER
+    span = time_span(time[later])
     if span is not None:
-        ax.scatter(
-            x[later],
-            y[later],
-            c=time[later],
-            norm=LogNorm(*span),
-            cmap=COLOURS,
-            edgecolor="black",
-            linewidth=0.4,
-        )
+        ax.scatter(x[later], y[later], c=time[later], norm=LogNorm(*span), cmap=COLOURS, **edge)
+        add_colour_bar([ax], LogNorm(*span), COLOURS, quantities[2].label, time[later])
     handles: list[Artist] = []
     for region, marker in _MARKERS.items():
         where = outcome == region
         if where.any():
-            words = OUTCOMES[region].replace("_", " ")
             face = LOOKS[region]["facecolor"]
-            handles.append(
-                ax.scatter(
-                    x[where],
-                    y[where],
-                    marker=marker,
-                    color=face,
-                    edgecolor="black",
-                    linewidth=0.8,
-                    label=words,
-                )
-            )
-    return handles
+            points = ax.scatter(x[where], y[where], marker=marker, color=face, label=words_for(region), **edge)
+            handles.append(points)
+    add_heading(ax, title_of(ds, units), handles)
+    return figure_of(ax)

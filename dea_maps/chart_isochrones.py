@@ -1,5 +1,6 @@
-"""Isochrones: lines of equal time to failure on a map, with the times written on them."""
+"""Isolines on a map, as those of equal time to failure, with their values written on them."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,25 +10,24 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
+from .chart_layout import line_width, text_size
 from .chart_placement import place_on_line
 
 Floats = npt.NDArray[np.float64]
 Span = tuple[float, float]
 """Shortest and longest time of the colours."""
 
-_SIZE_OF_WORDS = 8
 
-
-def draw_isochrones(
+def draw_isolines(
     ax: Axes,
     x: Floats,
     y: Floats,
-    time: "np.ma.MaskedArray[Any, Any]",
-    span: Span,
+    values: "np.ma.MaskedArray[Any, Any]",
+    lines: Sequence[tuple[float, str]],
     taken: list[Bbox],
     borders: Floats,
 ) -> None:
-    """Draw lines of equal time to failure and write the times on them, where there is room.
+    """Draw lines of equal value and write words on them, where there is room.
 
     Parameters
     ----------
@@ -36,35 +36,33 @@ def draw_isochrones(
     x : (nx,) ndarray
     y : (ny,) ndarray
         Rising centres of the cells.
-    time : (ny, nx) masked array
-        Times to failure, above 0, masked where the film does not fail later.
-    span : tuple of float
-        Shortest and longest time of the colours.
+    values : (ny, nx) masked array
+        Between the centres they are taken to be linear.
+    lines : sequence of tuple
+        Rising values, each with its words.
     taken : list of Bbox
-        Where there are words already, in pixels.
+        Where there are words already, in pixels; those written are added.
     borders : (n, 2) ndarray
         Points of other lines on the map, in data coordinates.
     """
-    times = time.compressed()
-    levels = isochrone_levels(span)
-    levels = levels[(levels > times.min(initial=np.inf)) & (levels < times.max(initial=0.0))]
-    if not levels.size:
+    known = values.compressed()
+    lines = [line for line in lines if known.size and known.min() < line[0] < known.max()]
+    if not lines:
         return
-    taken = list(taken)
-    logs = np.log10(levels)
-    contours = ax.contour(x, y, np.ma.log10(time), levels=logs, colors="black", linestyles="solid", linewidths=0.8)
-    lines = [[np.asarray(piece) for piece in path.to_polygons(closed_only=False)] for path in contours.get_paths()]
-    for number, level in enumerate(levels):
-        words = _time_in_words(level)
-        trial = ax.text(x[0], y[0], words, fontsize=_SIZE_OF_WORDS)
+    levels = [level for level, _ in lines]
+    width, size = line_width(ax, 0.9), 0.85 * text_size(ax)
+    contours = ax.contour(x, y, values, levels=levels, colors="black", linestyles="solid", linewidths=width)
+    paths = [[np.asarray(piece) for piece in path.to_polygons(closed_only=False)] for path in contours.get_paths()]
+    for number, (level, words) in enumerate(lines):
+        trial = ax.text(x[0], y[0], words, fontsize=size)
         box = trial.get_window_extent()
         trial.remove()
-        pieces = [piece for other, line in enumerate(lines) if other != number for piece in line]
+        pieces = [piece for other, path in enumerate(paths) if other != number for piece in path]
         others = ax.transData.transform(np.concatenate([*pieces, borders]))
-        place = place_on_line(ax, lines[number], (box.width, box.height), taken, others)
+        place = place_on_line(ax, paths[number], (box.width, box.height), taken, others)
         if place is not None:
-            label = ax.clabel(contours, [logs[number]], manual=[place], fmt=words, fontsize=_SIZE_OF_WORDS)[-1]
-            label.set_path_effects([withStroke(linewidth=2.0, foreground="white")])
+            label = ax.clabel(contours, [level], manual=[place], fmt=words, fontsize=size)[-1]
+            label.set_path_effects([withStroke(linewidth=0.25 * size, foreground="white")])
             taken.append(label.get_window_extent())
 
 
@@ -89,5 +87,21 @@ def isochrone_levels(span: Span) -> Floats:
     return ticks[(ticks >= least) & (ticks <= greatest)]
 
 
-def _time_in_words(time: float) -> str:
-    return f"{time:g}" if 1e-3 <= time < 1e5 else f"$10^{{{np.log10(time):.0f}}}$"
+def time_span(times: Floats) -> Span | None:
+    """Return the shortest and the longest time of the colours; None where nothing fails later.
+
+    Parameters
+    ----------
+    times : ndarray, any shape
+        Times; only those that are finite and above 0 count. A few that lie more than a decade beyond the
+        others get the colours of the ends.
+    """
+    later = times[np.isfinite(times) & (times > 0)]
+    if not later.size:
+        return None
+    low, high = np.quantile(later, [0.005, 0.995])
+    least = later.min() if later.min() > low / 10 else low
+    greatest = later.max() if later.max() < 10 * high else high
+    if least == greatest:
+        least, greatest = least / 2, greatest * 2
+    return float(least), float(greatest)

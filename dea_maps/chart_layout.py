@@ -1,4 +1,7 @@
-"""Layout of charts: panels of a size in inches, the colour bar and the legend beside them."""
+"""Layout of charts: axes on a page, and title, legend and colour bar beside them."""
+
+from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -6,101 +9,196 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox
+from matplotlib.legend import Legend
+from matplotlib.transforms import ScaledTranslation
 
-from .chart_isochrones import Span
-from .chart_plane import COLOURS
-from .nomenclature import axis_label
+from .chart_choices import SIZES, check_choice
+from .parameters import brief
+
+Floats = npt.NDArray[np.float64]
 
 
-def panels(rows: int, columns: int, width: float, height: float, top: float = 0.35) -> list[Axes]:
-    """Return axes on a new figure that leaves room for labels, title and colour bar.
+def axes_for(ax: Axes | None, size: str) -> Axes:
+    """Return the axes to draw in, new ones if there are none.
 
     Parameters
     ----------
+    ax : Axes or None
+        Given by a user.
+    size : str
+        Of a new figure, a key of `SIZES`.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If one of them is something else.
+    """
+    check_choice("size", size, SIZES)
+    if ax is None:
+        return new_axes(size)[0]
+    if not isinstance(ax, Axes):
+        raise TypeError(f"ax must be a Matplotlib Axes or None; got {brief(ax)}")
+    return ax
+
+
+def new_axes(size: str, rows: int = 1, columns: int = 1, tall: float = 1.0) -> list[Axes]:
+    """Return axes on a new figure, which keeps room for all that stands beside them.
+
+    Parameters
+    ----------
+    size : str
+        A key of `SIZES`. Several axes are spread over the page of a slide, and make a column wider.
     rows, columns : int
         Number of axes below and beside each other; those in a column share x, those in a row share y.
-    width, height : float
-        Size of each, in inches.
-    top : float
-        Room above them, in inches.
+    tall : float
+        Height of a column in that of one chart; a slide keeps its own.
 
     Returns
     -------
     list of Axes
         Row by row.
     """
-    left, right, bottom, beside, above = 0.75, 0.75, 0.55, 0.3, 0.45
-    whole = left + columns * width + (columns - 1) * beside + right
-    high = bottom + rows * height + (rows - 1) * above + top
-    figure = Figure(figsize=(whole, high))
+    check_choice("size", size, SIZES)
+    page = SIZES[size]
+    width, height, text = page.width, page.height, page.text
+    if size == "column":
+        width, height = width * (1.0 if columns == 1 else 2.06), height * tall
+    elif rows * columns > 2:
+        text *= 0.75
+    figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)  # measures words with one renderer, where the plain canvas makes one for each
-    grid = figure.add_gridspec(
-        rows,
-        columns,
-        left=left / whole,
-        right=1 - right / whole,
-        bottom=bottom / high,
-        top=1 - top / high,
-        wspace=beside / width,
-        hspace=above / height,
-    )
-    return list(grid.subplots(sharex="col", sharey="row", squeeze=False).flat)
+    axes = list(figure.subplots(rows, columns, sharex="col", sharey="row", squeeze=False).flat)
+    for ax in axes:
+        ax.tick_params(which="both", labelsize=text)
+        for words in (ax.xaxis.label, ax.yaxis.label):
+            words.set_size(text)
+    return axes
 
 
-def add_colour_bar(axes: list[Axes], span: Span | None, times: npt.NDArray[np.float64]) -> None:
-    """Take room for a colour bar off the right of axes, pointed where there are times beyond its ends.
+def text_size(ax: Axes) -> float:
+    """Return the size of words on axes in points, which is that of the labels of the axes."""
+    return float(ax.xaxis.label.get_size())
+
+
+def line_width(ax: Axes, points: float) -> float:
+    """Return the width of a line that is so wide beside words of 10 points."""
+    return points * text_size(ax) / 10.0
+
+
+def settle(ax: Axes) -> None:
+    """Put axes where the layout of their figure, if it has one, has them in the end."""
+    figure = figure_of(ax)
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+
+
+def add_colour_bar(axes: Sequence[Axes], norm: Normalize, colours: Colormap, label: str, values: Floats) -> None:
+    """Take room for a colour bar off the right of axes.
 
     Parameters
     ----------
-    axes : list of Axes
+    axes : sequence of Axes
         In a block.
-    span : tuple of float, or None
-        Its shortest and longest time; None for no colour bar.
-    times : ndarray, any shape
-        All times to failure shown.
+    norm : Normalize
+        From values to colours.
+    colours : Colormap
+        The colours.
+    label : str
+        What they show.
+    values : ndarray, any shape
+        All that are shown: the bar is pointed where there are values beyond its ends.
     """
-    if span is None:
-        return
-    figure = figure_of(axes[0])
-    frame = Bbox.union([ax.get_window_extent() for ax in axes])
-    width, height = frame.width / figure.dpi, frame.height / figure.dpi
-    below, above = bool(((times > 0) & (times < span[0])).any()), bool((times > span[1]).any())
-    figure.colorbar(
-        ScalarMappable(LogNorm(*span), COLOURS),
-        ax=axes,
-        label=axis_label("time_to_failure"),
-        fraction=0.2 / width,
-        pad=0.12 / width,
-        aspect=height / 0.15,
-        extend={(True, True): "both", (True, False): "min", (False, True): "max"}.get((below, above), "neither"),
+    figure, text = figure_of(axes[0]), text_size(axes[0])
+    edge = axes[-1].get_window_extent().x1
+    bar = axes[0].figure.colorbar(
+        ScalarMappable(norm, colours), ax=list(axes), extend=_extension(values, norm), pad=0.02, aspect=25
     )
+    bar.ax.tick_params(which="both", labelsize=text)
+    bar.set_label(label, fontsize=text)
+    if figure.get_layout_engine() is None:
+        box = bar.ax.get_tightbbox()
+        assert box is not None
+        over = box.x1 - edge
+        for ax in axes:
+            _shrink(ax, right=over)
+        x0, y0, width, height = bar.ax.get_position().bounds
+        bar.ax.set_position((x0 - over / axes[0].figure.bbox.width, y0, width, height))
 
 
-def add_legend(ax: Axes, handles: list[Artist]) -> None:
-    """Explain markers and unnamed regions above the right end of axes.
+def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), heading: str = "") -> None:
+    """Write title and legend above axes, and settle the layout.
 
     Parameters
     ----------
     ax : Axes
-        With its title, if any, at the left.
-    handles : list of Artist
-        What to explain, labelled; nothing is drawn for none.
+        With its labels, and colour bar if any.
+    title : sequence of str
+        Parts of the title, set into as many lines as they need.
+    handles : sequence of Artist
+        For a legend.
+    heading : str
+        What the legend is about.
     """
+    text = text_size(ax)
+    settle(ax)
+    inches = _height_of_ticks(ax)
     if handles:
-        ax.legend(
-            handles=handles,
-            loc="lower right",
-            bbox_to_anchor=(1.0, 1.0),
-            ncols=len(handles),
-            frameon=False,
-            fontsize=9,
-            borderaxespad=0.1,
-            handletextpad=0.4,
-            columnspacing=1.0,
+        high = _legend(ax, handles, heading, inches).get_window_extent().height
+        inches += high / figure_of(ax).dpi
+        if figure_of(ax).get_layout_engine() is None:
+            _shrink(ax, top=high)
+    lines = [""]
+    for part in title:
+        longer = f"{lines[-1]}, {part}" if lines[-1] else part
+        words = ax.text(0.0, 0.0, longer, fontsize=text)
+        fits = words.get_window_extent().width <= ax.get_window_extent().width
+        words.remove()
+        if fits or not lines[-1]:
+            lines[-1] = longer
+        else:
+            lines[-1] += ","
+            lines.append(part)
+    ax.set_title("\n".join(lines), loc="left", fontsize=text, y=1.0, pad=72.0 * inches + 0.5 * text)
+    settle(ax)
+
+
+def label_ends(ax: Axes, ends: Sequence[tuple[float, float]], words: Sequence[str]) -> None:
+    """Write words beside the ends of curves, right of axes, as high as the ends where there is room.
+
+    Parameters
+    ----------
+    ax : Axes
+        With its final scales and limits.
+    ends : sequence of tuple of float
+        Where the curves end, in data coordinates.
+    words : sequence of str
+        One for each.
+    """
+    text, figure = 0.9 * text_size(ax), figure_of(ax)
+    trials = [ax.text(1.0, 0.0, line, transform=ax.transAxes, fontsize=text) for line in words]
+    room = max(trial.get_window_extent().width for trial in trials) + 2.0 * text
+    for trial in trials:
+        trial.remove()
+    if figure.get_layout_engine() is None:
+        _shrink(ax, right=room)
+    frame = ax.get_window_extent()
+    gap = 1.3 * text * figure.dpi / 72.0
+    heights = _spread(ax.transData.transform(np.asarray(ends, float))[:, 1] - frame.y0, gap, frame.height)
+    for line, end, high in zip(words, ends, heights, strict=True):
+        ax.annotate(
+            line,
+            end,
+            (1.0 + text / frame.width, high / frame.height),
+            textcoords="axes fraction",
+            fontsize=text,
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": "0.5", "lw": line_width(ax, 0.6), "shrinkA": 1, "shrinkB": 2},
         )
+    settle(ax)
 
 
 def figure_of(ax: Axes) -> Figure:
@@ -114,3 +212,65 @@ def figure_of(ax: Axes) -> Figure:
     figure = ax.get_figure(root=True)
     assert figure is not None
     return figure
+
+
+def _height_of_ticks(ax: Axes) -> float:
+    """Return how far the words of a second axis reach above axes, in inches."""
+    boxes = [child.get_tightbbox() for child in ax.child_axes]
+    top = ax.get_window_extent().y1
+    return (max((box.y1 for box in boxes if box is not None), default=top) - top) / figure_of(ax).dpi
+
+
+def _legend(ax: Axes, handles: Sequence[Artist], heading: str, inches: float) -> Legend:
+    """Draw a legend above axes, so high, in as few rows as fit."""
+    text, width = text_size(ax), ax.get_window_extent().width
+    place = ax.transAxes + ScaledTranslation(0.0, inches, figure_of(ax).dpi_scale_trans)
+    for columns in range(len(handles), 0, -1):
+        legend = ax.legend(
+            handles=handles,
+            title=heading or None,
+            ncols=columns,
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            bbox_transform=place,
+            alignment="left",
+            frameon=False,
+            fontsize=0.9 * text,
+            title_fontsize=0.9 * text,
+            borderpad=0.1,
+            borderaxespad=0.2,
+            handletextpad=0.4,
+            columnspacing=1.0,
+        )
+        if legend.get_window_extent().width <= width:
+            break
+    return legend
+
+
+def _shrink(ax: Axes, right: float = 0.0, top: float = 0.0) -> None:
+    """Take pixels off axes at the right and the top."""
+    page = ax.figure.bbox
+    x0, y0, width, height = ax.get_position().bounds
+    ax.set_position((x0, y0, width - right / page.width, height - top / page.height))
+
+
+def _spread(wanted: Floats, gap: float, top: float) -> Floats:
+    """Return heights near those wanted, a gap apart, from 0 to a top if there is room."""
+    order = np.argsort(wanted, kind="stable")
+    places = wanted[order]
+    for index in range(1, len(places)):
+        places[index] = max(places[index], places[index - 1] + gap)
+    places[-1:] = np.minimum(places[-1:], top)
+    for index in range(len(places) - 2, -1, -1):
+        places[index] = min(places[index], places[index + 1] - gap)
+    found = np.empty_like(places)
+    found[order] = places
+    return found
+
+
+def _extension(values: Floats, norm: Normalize) -> Literal["neither", "both", "min", "max"]:
+    """Return at which ends of a scale there are values beyond it, in the words of Matplotlib."""
+    below, above = bool((values < norm.vmin).any()), bool((values > norm.vmax).any())
+    if below:
+        return "both" if above else "min"
+    return "max" if above else "neither"

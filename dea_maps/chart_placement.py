@@ -104,7 +104,7 @@ def place_on_line(
             above = np.maximum.reduce([box.y0 - vertical, vertical - box.y1, np.zeros_like(along)])
             room = np.minimum(room, np.hypot(beside, above))
         if others is not None:
-            room = np.where(others.query(points)[0] < 1.3 * height, 0.0, room)
+            room = np.where(others.query(points)[0] < height, 0.0, room)
         most = int(np.argmax(room))
         if room[most] > best:
             best, place = room[most], points[most]

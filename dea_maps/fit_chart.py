@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from .chart_layout import figure_of, panels
+from .chart_layout import figure_of, new_axes
 from .uniaxial import uniaxial_stress
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def draw_fit(fit: "UniaxialFit") -> Figure:
     >>> draw_fit(fit).axes[0].get_ylabel()
     'nominal stress (kPa)'
     """
-    (ax,) = panels(1, 1, 5.2, 3.8, top=0.5)
+    (ax,) = new_axes("column")
     material = fit.material
     rates = np.unique(fit.curves["stretch_rate"].values)
     stretch = np.linspace(1.0, float(fit.curves["stretch"].max()), _NODES)

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from dea_maps.chart_isochrones import isochrone_levels
-from dea_maps.chart_plane import COLOURS, evenly, log_spaced, time_span
+from dea_maps.chart_data import evenly, log_spaced
+from dea_maps.chart_isochrones import isochrone_levels, time_span
+from dea_maps.chart_regions import COLOURS
 
 
 def test_colours_rise_in_luminance():

@@ -1,0 +1,121 @@
+"""Allowable voltage against holding time, for films of several thicknesses or materials."""
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from .chart_data import check_variables, flagged, log_spaced
+from .chart_layout import add_heading, axes_for, label_ends, line_width, text_size
+from .chart_lines import MARKERS, curve_style
+
+Floats = npt.NDArray[np.float64]
+
+_NEEDED = ("allowable_voltage", "film", "holding_time")
+_LONG_TIMES = {"1 min": 60.0, "1 h": 3600.0, "1 day": 86400.0, "1 year": 3.156e7, "10 years": 3.156e8}
+_DASHES = (0, (3.0, 1.5))
+
+
+def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column") -> Axes:
+    """Draw the voltage that films bear for a time against that time, a line for each of up to eight films.
+
+    Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `dea_maps.design`: ``allowable_voltage`` in V over ``film`` and ``holding_time`` in s, and perhaps
+        ``limit``, what limits it.
+    ax : Axes, optional
+        Where to draw; the names of the films take their room off it. By default on a new figure, ``ax.figure``.
+    size : {"column", "slide"}
+        Of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the data set lacks something of the above; if an option is not one of those allowed.
+
+    Examples
+    --------
+    >>> time, voltage = [1.0, 100.0, 10000.0], [[3100.0, 2200.0, 1700.0], [1550.0, 1100.0, 850.0]]
+    >>> ds = xr.Dataset({"allowable_voltage": (("film", "holding_time"), voltage)},
+    ...     {"film": ["VHB, 100 um", "VHB, 50 um"], "holding_time": time})
+    >>> design_chart(ds).get_ylabel()
+    'allowable voltage (kV)'
+    """
+    check_variables(ds, *_NEEDED, what="a design chart")
+    if set(ds["allowable_voltage"].dims) != {"film", "holding_time"}:
+        raise ValueError(
+            "a design chart needs allowable_voltage over film and holding_time; "
+            f"got {', '.join(map(str, ds['allowable_voltage'].dims)) or 'one number'}"
+        )
+    if ds.sizes["holding_time"] < 2:
+        raise ValueError(f"a design chart needs two holding times or more; got {ds.sizes['holding_time']}")
+    if not 1 <= ds.sizes["film"] <= len(MARKERS):
+        raise ValueError(
+            f"a design chart needs one to {len(MARKERS)} films; got {ds.sizes['film']}: select some with ds.isel"
+        )
+    ax = axes_for(ax, size)
+    ds = ds.sortby("holding_time").transpose("film", "holding_time", ...)
+    time, voltages = ds["holding_time"].values.astype(np.float64), ds["allowable_voltage"].values / 1e3
+    ax.set(xlabel="holding time (s)", ylabel="allowable voltage (kV)", xlim=(time[0], time[-1]))
+    if log_spaced(time):
+        ax.set_xscale("log")
+        _name_times(ax)
+    broken = _by_breakdown(ds)
+    films = [str(name) for name in ds["film"].values]
+    names, ends, silent = [], [], []
+    for number, (name, voltage, breakdown) in enumerate(zip(films, voltages, broken, strict=True)):
+        known = np.isfinite(voltage)
+        if not known.any():
+            silent.append(name)
+            continue
+        style = curve_style(ax, number, len(films))
+        ax.plot(time, np.where(known, voltage, np.nan), **{**style, "linestyle": ""})
+        for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
+            # A line between two points is of the kind of the later one.
+            shown = part | np.append(part[1:], False)
+            ax.plot(time, np.where(shown, voltage, np.nan), **{**style, "linestyle": linestyle, "marker": ""})
+        names.append(name)
+        ends.append((time[known][-1], voltage[known][-1]))
+    add_heading(ax, ["voltage that a film bears for a time"], _explained(ax, broken, silent))
+    if names:
+        label_ends(ax, ends, names)
+    return ax
+
+
+def _name_times(ax: Axes) -> None:
+    """Write minutes, hours, days and years above a logarithmic axis in seconds."""
+    start, end = ax.get_xlim()
+    within = {seconds: words for words, seconds in _LONG_TIMES.items() if start <= seconds <= end}
+    if within:
+        above = ax.secondary_xaxis("top")
+        above.set_xticks(list(within), list(within.values()))
+        above.xaxis.set_minor_locator(NullLocator())
+        above.tick_params(labelsize=0.9 * text_size(ax))
+
+
+def _by_breakdown(ds: xr.Dataset) -> npt.NDArray[np.bool_]:
+    """Tell where electrical breakdown limits the voltage."""
+    if "limit" not in ds:
+        return np.zeros(ds["allowable_voltage"].shape, bool)
+    return flagged(ds["limit"].transpose("film", "holding_time"), "breakdown")
+
+
+def _explained(ax: Axes, broken: npt.NDArray[np.bool_], silent: list[str]) -> list[Artist]:
+    """Return what a legend has to say."""
+    look = {"color": "black", "linewidth": line_width(ax, 1.4)}
+    handles: list[Artist] = []
+    if broken.any():
+        handles.append(Line2D([], [], linestyle="-", label="limited by instability", **look))
+        handles.append(Line2D([], [], linestyle=_DASHES, label="by electrical breakdown", **look))
+    handles += [Line2D([], [], linestyle="", label=f"{name}: no answer") for name in silent]
+    return handles
