@@ -10,11 +10,12 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from .chart_data import drawable, log_spaced, varying
-from .chart_isochrones import time_span
+from .chart_data import drawable, on_log_axis, varying
+from .chart_isochrones import bar_ticks, time_span
 from .chart_layout import add_colour_bar, add_heading, figure_of, line_width, new_axes, text_size
-from .chart_plane import regions_of, set_axis
+from .chart_plane import move_edge, regions_of, set_axis
 from .chart_regions import COLOURS, LOOKS, name_regions, patches, words_for
 from .chart_theory import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, agrees, limits
 from .chart_units import shown, title_of, units_of
@@ -23,6 +24,9 @@ Floats = npt.NDArray[np.float64]
 
 _FEW = 40
 """So many points or fewer are marked on a curve."""
+
+_PLACES = 200
+"""Places along each axis that are tried for the name of a region."""
 
 _MARKERS = {SURVIVES: "o", FAILS_AT_ONCE: "X", UNRESOLVED: "P"}
 
@@ -50,11 +54,10 @@ def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
         ax.set_ylabel(label)
     if np.nanmax(times, initial=0.0) > 10 * np.nanmin(times, initial=np.inf):
         upper.set_yscale("log")
-    regions = regions_of(ds)
     shade_regions(lower, ds, name, units)
-    shade_regions(upper, ds, name, units)
+    edges = shade_regions(upper, ds, name, units)
     upper.label_outer()
-    head_over_regions(upper, title_of(ds, units), x, regions)
+    head_over_regions(upper, title_of(ds, units), edges, regions_of(ds))
     return figure_of(upper)
 
 
@@ -63,7 +66,7 @@ def points_of(ax: Axes, x: Floats) -> dict[str, Any]:
     return {"marker": "." if len(x) <= _FEW else "", "markersize": 0.6 * text_size(ax)}
 
 
-def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> None:
+def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> Floats:
     """Set the axis of a parameter, and shade the outcomes along it.
 
     Parameters
@@ -76,23 +79,30 @@ def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> None:
         The parameter, rising.
     units : {"tau", "si"}
         Of the chart.
+
+    Returns
+    -------
+    (n + 1,) ndarray
+        Where one value's part of the axis ends and the next one's begins.
     """
     parameter, regions = shown(ds, name, units), regions_of(ds)
     edges, x = set_axis(ax, "x", parameter), parameter.values.values
     program, ratio = str(ds.attrs.get("program", "")), ds["modulus_ratio"].values
     if name == "field" and agrees(program, ds["field"].values, ratio, ds["outcome"].values):
-        for limit, side in zip(limits(program, ratio), ("right", "left"), strict=False):
-            at = float(limit) * parameter.per(ds["field"])
-            edges[np.searchsorted(x, at, side)] = np.clip(at, x[0], x[-1])
+        survived, *at_once = (float(limit) * parameter.per(ds["field"]) for limit in limits(program, ratio))
+        move_edge(edges, x, survived)
+        for limit in at_once:
+            edges[np.searchsorted(x, limit)] = np.clip(limit, x[0], x[-1])
     ends = np.repeat(edges, 2)[1:-1]
     for region, looks in LOOKS.items():
         quiet = {**looks, "edgecolor": looks["edgecolor"] if "hatch" in looks else "none"}
         where = np.repeat(regions == region, 2)
         ax.fill_between(ends, 0, 1, where=where, transform=ax.get_xaxis_transform(), zorder=0, **quiet)
+    return edges
 
 
 def head_over_regions(
-    ax: Axes, title: Sequence[str], x: Floats, regions: Outcomes, handles: Sequence[Artist] = ()
+    ax: Axes, title: Sequence[str], edges: Floats, regions: Outcomes, handles: Sequence[Artist] = ()
 ) -> None:
     """Write the title of curves, and the names of the outcomes along them: in place, or else in the legend.
 
@@ -102,8 +112,8 @@ def head_over_regions(
         With its curves and shades.
     title : sequence of str
         Parts of the title.
-    x : (n,) ndarray
-        Rising values of the parameter.
+    edges : (n + 1,) ndarray
+        From `shade_regions`.
     regions : (n,) ndarray of int8
         What becomes of the film at each.
     handles : sequence of Artist
@@ -111,14 +121,32 @@ def head_over_regions(
     """
     add_heading(ax, title, handles)
     ax.set_ylim(ax.get_ylim())
-    heights = np.array(ax.get_ylim())
-    places = {region: np.vstack([regions == region] * 2) for region in LOOKS}
-    names, unnamed = name_regions(ax, x, heights, places)
+    curves = list(ax.lines)
+    names, unnamed = name_regions(ax, *_beside(ax, curves, edges, regions))
     if unnamed:
         for name in names:
             name.remove()
         add_heading(ax, title, [*handles, *patches(unnamed)])
-        name_regions(ax, x, heights, {region: cells for region, cells in places.items() if region not in unnamed})
+        x, y, places = _beside(ax, curves, edges, regions)
+        name_regions(ax, x, y, {region: cells for region, cells in places.items() if region not in unnamed})
+
+
+def _beside(
+    ax: Axes, curves: Sequence[Line2D], edges: Floats, regions: Outcomes
+) -> tuple[Floats, Floats, dict[int, npt.NDArray[np.bool_]]]:
+    """Return places all over axes, and which lie in which region, off the curves."""
+    frame, high = ax.get_window_extent(), text_size(ax) * figure_of(ax).dpi / 72.0
+    across, up = np.linspace(frame.x0, frame.x1, _PLACES), np.linspace(frame.y0, frame.y1, _PLACES)
+    x, y = ax.transData.inverted().transform(np.column_stack([across, up])).T
+    free = np.ones((_PLACES, _PLACES), bool)
+    for curve in curves:
+        points = ax.transData.transform(np.column_stack([curve.get_xdata(), curve.get_ydata()]))
+        points = points[np.isfinite(points).all(axis=1)]
+        if len(points):
+            there = np.interp(across, points[:, 0], points[:, 1], left=-np.inf, right=-np.inf)
+            free &= np.abs(up[:, np.newaxis] - there) > 0.5 * high
+    here = regions[np.clip(np.searchsorted(edges, x, "right") - 1, 0, len(regions) - 1)]
+    return x, y, {region: free & (here == region) for region in LOOKS}
 
 
 def sample_points(ds: xr.Dataset, size: str) -> Figure:
@@ -145,14 +173,14 @@ def sample_points(ds: xr.Dataset, size: str) -> Figure:
     together = xr.broadcast(*(quantity.values for quantity in quantities), ds["outcome"])
     x, y, time, outcome = (array.values.ravel() for array in together)
     for which, quantity, values in zip("xy", quantities[:2], (x, y), strict=True):
-        scale = "log" if log_spaced(np.unique(values)) else "linear"
+        scale = "log" if on_log_axis(np.unique(values)) else "linear"
         ax.set(**{f"{which}label": quantity.label, f"{which}scale": scale})
-    edge = {"edgecolor": "black", "linewidth": line_width(ax, 0.4), "s": 0.3 * text_size(ax) ** 2}
+    edge: dict[str, Any] = {"edgecolor": "black", "linewidth": line_width(ax, 0.4), "s": 0.3 * text_size(ax) ** 2}
     later = outcome == FAILS_LATER
     span = time_span(time[later])
     if span is not None:
         ax.scatter(x[later], y[later], c=time[later], norm=LogNorm(*span), cmap=COLOURS, **edge)
-        add_colour_bar([ax], LogNorm(*span), COLOURS, quantities[2].label, time[later])
+        add_colour_bar([ax], LogNorm(*span), COLOURS, quantities[2].label, time[later], bar_ticks(span))
     handles: list[Artist] = []
     for region, marker in _MARKERS.items():
         where = outcome == region

@@ -104,6 +104,11 @@ def evenly(number: int, most: int) -> npt.NDArray[np.intp]:
     return np.linspace(0, number - 1, min(number, most)).round().astype(np.intp)
 
 
+def on_log_axis(values: Floats) -> bool:
+    """Tell whether rising values suit a logarithmic axis: log-spaced, over a decade or more."""
+    return log_spaced(values) and bool(values[-1] >= 10.0 * values[0])
+
+
 def log_spaced(values: Floats) -> bool:
     """Tell whether the logarithms of rising values are more evenly spaced than the values."""
     if len(values) < 3 or values[0] <= 0:

@@ -1,5 +1,7 @@
 """Allowable voltage against holding time, for films of several thicknesses or materials."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -8,14 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
-from .chart_data import check_variables, flagged, log_spaced
-from .chart_layout import add_heading, axes_for, label_ends, line_width, text_size
+from .chart_data import check_variables, flagged, on_log_axis
+from .chart_layout import add_heading, axes_for, figure_of, label_ends, line_width, text_size
 from .chart_lines import MARKERS, curve_style
 
 Floats = npt.NDArray[np.float64]
 
 _NEEDED = ("allowable_voltage", "film", "holding_time")
 _LONG_TIMES = {"1 min": 60.0, "1 h": 3600.0, "1 day": 86400.0, "1 year": 3.156e7, "10 years": 3.156e8}
+_WORD = 6.0
+"""Room for one of them, in heights of its letters."""
+
 _DASHES = (0, (3.0, 1.5))
 
 
@@ -67,7 +72,7 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
     ds = ds.sortby("holding_time").transpose("film", "holding_time", ...)
     time, voltages = ds["holding_time"].values.astype(np.float64), ds["allowable_voltage"].values / 1e3
     ax.set(xlabel="holding time (s)", ylabel="allowable voltage (kV)", xlim=(time[0], time[-1]))
-    if log_spaced(time):
+    if on_log_axis(time):
         ax.set_xscale("log")
         _name_times(ax)
     broken = _by_breakdown(ds)
@@ -95,10 +100,14 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
 def _name_times(ax: Axes) -> None:
     """Write minutes, hours, days and years above a logarithmic axis in seconds."""
     start, end = ax.get_xlim()
-    within = {seconds: words for words, seconds in _LONG_TIMES.items() if start <= seconds <= end}
-    if within:
+    room = np.log(end / start) * _WORD * text_size(ax) / (72.0 * ax.get_window_extent().width / figure_of(ax).dpi)
+    named: dict[float, str] = {}
+    for words, seconds in _LONG_TIMES.items():
+        if start <= seconds <= end and all(np.log(seconds / other) > room for other in named):
+            named[seconds] = words
+    if named:
         above = ax.secondary_xaxis("top")
-        above.set_xticks(list(within), list(within.values()))
+        above.set_xticks(list(named), list(named.values()))
         above.xaxis.set_minor_locator(NullLocator())
         above.tick_params(labelsize=0.9 * text_size(ax))
 
@@ -112,7 +121,7 @@ def _by_breakdown(ds: xr.Dataset) -> npt.NDArray[np.bool_]:
 
 def _explained(ax: Axes, broken: npt.NDArray[np.bool_], silent: list[str]) -> list[Artist]:
     """Return what a legend has to say."""
-    look = {"color": "black", "linewidth": line_width(ax, 1.4)}
+    look: dict[str, Any] = {"color": "black", "linewidth": line_width(ax, 1.4)}
     handles: list[Artist] = []
     if broken.any():
         handles.append(Line2D([], [], linestyle="-", label="limited by instability", **look))

@@ -1,11 +1,13 @@
 """What a film does at failure, over one parameter, as in Figs. 5 and 6 of the paper."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from .chart_choices import check_choice
-from .chart_data import drawable, evenly, log_spaced, parameters_along, sizes_in_words
+from .chart_data import drawable, evenly, on_log_axis, parameters_along, sizes_in_words
 from .chart_layout import add_heading, axes_for, line_width
 from .chart_lines import curve_style
 from .chart_theory import FAILS_LATER, PROGRAMS
@@ -79,7 +81,7 @@ def failure_curves(
     x, y = shown(ds, over, units), shown(ds, variable, units)
     # At once is at time 0, which a logarithmic axis does not have.
     values = y.values.where(ds["outcome"] == FAILS_LATER) if variable == "time_to_failure" else y.values
-    log = log_spaced(np.unique(x.values))
+    log = on_log_axis(np.unique(x.values))
     ax.set(xlabel=x.label, ylabel=y.label, xscale="log" if log else "linear")
     ax.set_xlim(float(x.values.min()), float(x.values.max()))
     if float(values.max()) > 10.0 * float(values.min()) > 0.0:
@@ -87,7 +89,8 @@ def failure_curves(
     others = [name for name in names if name != over]
     heading = _draw_curves(ax, x, values, shown(ds, others[0], units) if others else None)
     _draw_limits(ax, ds, variable, over, x, y)
-    add_heading(ax, title_of(ds, units), [line for line in ax.lines if line.get_label()[0] != "_"], heading)
+    handles = [line for line in ax.lines if not str(line.get_label()).startswith("_")]
+    add_heading(ax, title_of(ds, units), handles, heading)
     return ax
 
 
@@ -96,7 +99,7 @@ def _draw_curves(ax: Axes, x: Shown, values: xr.DataArray, other: Shown | None) 
     if other is None:
         ax.plot(x.values, values, **curve_style(ax, 0, 1))
         return ""
-    (dim,) = other.values.dims
+    dim = str(other.values.dims[0])
     _, rising = np.unique(other.values, return_index=True)
     rising = rising[values.notnull().any(x.values.dims).values[rising]]
     chosen = rising[evenly(len(rising), _MOST_CURVES)]
@@ -108,7 +111,7 @@ def _draw_curves(ax: Axes, x: Shown, values: xr.DataArray, other: Shown | None) 
 
 def _draw_limits(ax: Axes, ds: xr.Dataset, variable: str, over: str, x: Shown, y: Shown) -> None:
     """Draw the limits of the theory that lie on the chart, or near its edge."""
-    look = {"color": "0.35", "linewidth": line_width(ax, 1.0), "zorder": 1.5}
+    look: dict[str, Any] = {"color": "0.35", "linewidth": line_width(ax, 1.0), "zorder": 1.5}
     if over == "field" and ds.attrs.get("program") in PROGRAMS:
         critical = x.per(ds["field"])
         if ax.get_xlim()[0] < critical < ax.get_xlim()[1]:

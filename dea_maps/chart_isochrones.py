@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 
-from .chart_layout import line_width, text_size
+from .chart_layout import figure_of, line_width, text_size
 from .chart_placement import place_on_line
 
 Floats = npt.NDArray[np.float64]
@@ -52,7 +53,9 @@ def draw_isolines(
     levels = [level for level, _ in lines]
     width, size = line_width(ax, 0.9), 0.85 * text_size(ax)
     contours = ax.contour(x, y, values, levels=levels, colors="black", linestyles="solid", linewidths=width)
-    paths = [[np.asarray(piece) for piece in path.to_polygons(closed_only=False)] for path in contours.get_paths()]
+    # At a border, where values change much from cell to cell, there are scraps of lines that only look like dirt.
+    paths = [_long_pieces(ax, path) for path in contours.get_paths()]
+    contours.set_paths([Path.make_compound_path(*map(Path, pieces)) for pieces in paths])
     for number, (level, words) in enumerate(lines):
         trial = ax.text(x[0], y[0], words, fontsize=size)
         box = trial.get_window_extent()
@@ -66,6 +69,14 @@ def draw_isolines(
             taken.append(label.get_window_extent())
 
 
+def _long_pieces(ax: Axes, path: Path) -> list[Floats]:
+    """Return the pieces of a line that are longer than a word is."""
+    pieces = [np.asarray(piece) for piece in path.to_polygons(closed_only=False)]
+    lengths = [np.hypot(*np.diff(ax.transData.transform(piece), axis=0).T).sum() for piece in pieces]
+    least = 2.0 * text_size(ax) * figure_of(ax).dpi / 72.0
+    return [piece for piece, length in zip(pieces, lengths, strict=True) if length > least]
+
+
 def isochrone_levels(span: Span) -> Floats:
     """Return round times within a scale: powers of ten, or also twice and five times them, or even steps.
 
@@ -77,7 +88,7 @@ def isochrone_levels(span: Span) -> Floats:
     least, greatest = span
     decades = np.log10(greatest / least)
     locator: Locator
-    if decades >= 3:
+    if decades >= 2:
         locator = LogLocator(numticks=9)
     elif decades >= 1:
         locator = LogLocator(subs=(1, 2, 5))
@@ -85,6 +96,11 @@ def isochrone_levels(span: Span) -> Floats:
         locator = MaxNLocator(5, steps=[1, 2, 5, 10])
     ticks = np.asarray(locator.tick_values(least, greatest))
     return ticks[(ticks >= least) & (ticks <= greatest)]
+
+
+def bar_ticks(span: Span) -> list[float]:
+    """Return the times to name beside colours: few decades have few powers of ten."""
+    return isochrone_levels(span).tolist() if span[1] < 100.0 * span[0] else []
 
 
 def time_span(times: Floats) -> Span | None:

@@ -19,6 +19,8 @@ from .parameters import brief
 
 Floats = npt.NDArray[np.float64]
 
+_ROUNDING = 1e-9
+
 
 def axes_for(ax: Axes | None, size: str) -> Axes:
     """Return the axes to draw in, new ones if there are none.
@@ -79,7 +81,7 @@ def new_axes(size: str, rows: int = 1, columns: int = 1, tall: float = 1.0) -> l
 
 def text_size(ax: Axes) -> float:
     """Return the size of words on axes in points, which is that of the labels of the axes."""
-    return float(ax.xaxis.label.get_size())
+    return float(ax.xaxis.label.get_fontsize())
 
 
 def line_width(ax: Axes, points: float) -> float:
@@ -95,7 +97,14 @@ def settle(ax: Axes) -> None:
         engine.execute(figure)
 
 
-def add_colour_bar(axes: Sequence[Axes], norm: Normalize, colours: Colormap, label: str, values: Floats) -> None:
+def add_colour_bar(
+    axes: Sequence[Axes],
+    norm: Normalize,
+    colours: Colormap,
+    label: str,
+    values: Floats,
+    ticks: Sequence[float] = (),
+) -> None:
     """Take room for a colour bar off the right of axes.
 
     Parameters
@@ -110,6 +119,8 @@ def add_colour_bar(axes: Sequence[Axes], norm: Normalize, colours: Colormap, lab
         What they show.
     values : ndarray, any shape
         All that are shown: the bar is pointed where there are values beyond its ends.
+    ticks : sequence of float
+        Where to name values; by default as on an axis.
     """
     figure, text = figure_of(axes[0]), text_size(axes[0])
     edge = axes[-1].get_window_extent().x1
@@ -117,6 +128,9 @@ def add_colour_bar(axes: Sequence[Axes], norm: Normalize, colours: Colormap, lab
         ScalarMappable(norm, colours), ax=list(axes), extend=_extension(values, norm), pad=0.02, aspect=25
     )
     bar.ax.tick_params(which="both", labelsize=text)
+    if ticks:
+        bar.set_ticks(list(ticks), labels=[f"{tick:g}" for tick in ticks])
+        bar.minorticks_off()
     bar.set_label(label, fontsize=text)
     if figure.get_layout_engine() is None:
         box = bar.ax.get_tightbbox()
@@ -148,8 +162,8 @@ def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), 
     if handles:
         high = _legend(ax, handles, heading, inches).get_window_extent().height
         inches += high / figure_of(ax).dpi
-        if figure_of(ax).get_layout_engine() is None:
-            _shrink(ax, top=high)
+    if figure_of(ax).get_layout_engine() is None:
+        _shrink(ax, top=inches * figure_of(ax).dpi)
     lines = [""]
     for part in title:
         longer = f"{lines[-1]}, {part}" if lines[-1] else part
@@ -196,7 +210,14 @@ def label_ends(ax: Axes, ends: Sequence[tuple[float, float]], words: Sequence[st
             fontsize=text,
             va="center",
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": "0.5", "lw": line_width(ax, 0.6), "shrinkA": 1, "shrinkB": 2},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": "0.5",
+                "lw": line_width(ax, 0.6),
+                "shrinkA": 1,
+                "shrinkB": 2,
+                "relpos": (0.0, 0.5),
+            },
         )
     settle(ax)
 
@@ -210,7 +231,7 @@ def figure_of(ax: Axes) -> Figure:
         On a figure.
     """
     figure = ax.get_figure(root=True)
-    assert figure is not None
+    assert isinstance(figure, Figure)
     return figure
 
 
@@ -218,18 +239,19 @@ def _height_of_ticks(ax: Axes) -> float:
     """Return how far the words of a second axis reach above axes, in inches."""
     boxes = [child.get_tightbbox() for child in ax.child_axes]
     top = ax.get_window_extent().y1
-    return (max((box.y1 for box in boxes if box is not None), default=top) - top) / figure_of(ax).dpi
+    reach = max((box.y1 for box in boxes if box is not None), default=top) - top
+    return float(reach) / figure_of(ax).dpi
 
 
 def _legend(ax: Axes, handles: Sequence[Artist], heading: str, inches: float) -> Legend:
     """Draw a legend above axes, so high, in as few rows as fit."""
     text, width = text_size(ax), ax.get_window_extent().width
     place = ax.transAxes + ScaledTranslation(0.0, inches, figure_of(ax).dpi_scale_trans)
-    for columns in range(len(handles), 0, -1):
+    for rows in range(1, len(handles) + 1):
         legend = ax.legend(
             handles=handles,
             title=heading or None,
-            ncols=columns,
+            ncols=-(-len(handles) // rows),
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
             bbox_transform=place,
@@ -270,7 +292,8 @@ def _spread(wanted: Floats, gap: float, top: float) -> Floats:
 
 def _extension(values: Floats, norm: Normalize) -> Literal["neither", "both", "min", "max"]:
     """Return at which ends of a scale there are values beyond it, in the words of Matplotlib."""
-    below, above = bool((values < norm.vmin).any()), bool((values > norm.vmax).any())
+    scaled = np.asarray(norm(values))
+    below, above = bool((scaled < -_ROUNDING).any()), bool((scaled > 1.0 + _ROUNDING).any())
     if below:
         return "both" if above else "min"
     return "max" if above else "neither"

@@ -3,14 +3,15 @@
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
 from .chart_data import drawable, evenly, parameters_along, sizes_in_words
-from .chart_isochrones import Span, draw_isolines, isochrone_levels, time_span
+from .chart_isochrones import Span, bar_ticks, draw_isolines, isochrone_levels, time_span
 from .chart_layout import add_colour_bar, add_heading, axes_for, figure_of, new_axes, settle, text_size
-from .chart_plane import Plane, plane_of, set_axis
+from .chart_plane import Plane, plane_of, set_axes
 from .chart_regions import COLOURS, LOOKS, name_regions, paint_regions, paint_values, patches
 from .chart_theory import FAILS_LATER
 from .chart_units import Shown, shown, time_in_words, title_of, units_of
@@ -116,20 +117,21 @@ def phase_panels(ds: xr.Dataset, size: str) -> Figure:
         borders.append(_paint(ax, plane, span))
         ax.label_outer()
     _add_bar(axes, planes, span, time)
-    title = figure.suptitle(", ".join(title_of(ds, units)), x=0.01, ha="left", fontsize=text)
+    figure.suptitle(", ".join(title_of(ds, units)), x=0.01, ha="left", fontsize=text)
     settle(axes[0])
     unnamed = []
     for ax, plane, lines in zip(axes, planes, borders, strict=True):
         unnamed.append(_write(ax, plane, span, time.unit, [], lines))
     missing = sorted(set().union(*unnamed))
     if missing:
-        figure.legend(handles=patches(missing), loc="upper right", ncols=3, frameon=False, fontsize=title.get_size())
+        handles: list[Artist] = [*patches(missing)]
+        figure.legend(handles=handles, loc="upper right", ncols=3, frameon=False, fontsize=text)
     return figure
 
 
 def _paint(ax: Axes, plane: Plane, span: Span | None) -> Floats:
     """Draw colours and regions; return points on the borders."""
-    x_edges, y_edges = set_axis(ax, "x", plane.x), set_axis(ax, "y", plane.y)
+    x_edges, y_edges = set_axes(ax, plane)
     if span is not None:
         paint_values(ax, plane, [FAILS_LATER], x_edges, y_edges, LogNorm(*span))
     return paint_regions(ax, plane, x_edges, y_edges, [FAILS_LATER])
@@ -138,7 +140,7 @@ def _paint(ax: Axes, plane: Plane, span: Span | None) -> Floats:
 def _add_bar(axes: list[Axes], planes: list[Plane], span: Span | None, time: Shown) -> None:
     if span is not None:
         times = np.concatenate([plane.only(FAILS_LATER).compressed() for plane in planes])
-        add_colour_bar(axes, LogNorm(*span), COLOURS, time.label, times)
+        add_colour_bar(axes, LogNorm(*span), COLOURS, time.label, times, bar_ticks(span))
 
 
 def _write(ax: Axes, plane: Plane, span: Span | None, unit: str, unnamed: list[int], borders: Floats) -> list[int]:

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
-from .chart_data import evenly, flagged, log_spaced
+from .chart_data import evenly, flagged, on_log_axis
 from .chart_theory import UNRESOLVED, Outcomes, agrees, limits, outcome_in_theory
 from .chart_units import Shown, shown
 from .nomenclature import OUTCOMES
@@ -83,6 +83,14 @@ class Plane(NamedTuple):
         return [np.column_stack([limit * self.critical, y]) for limit in limits(self.program, ratio)]
 
 
+def set_axes(ax: Axes, plane: Plane) -> tuple[Floats, Floats]:
+    """Set both axes of a map, and return the edges of its cells along them."""
+    x_edges, y_edges = set_axis(ax, "x", plane.x), set_axis(ax, "y", plane.y)
+    if plane.program:
+        move_edge(x_edges, plane.x.values.values, plane.critical)
+    return x_edges, y_edges
+
+
 def plane_of(ds: xr.Dataset, x: tuple[str, str], y: tuple[str, str], values: xr.DataArray, units: str) -> Plane:
     """Take the map over two dimensions out of a data set.
 
@@ -146,7 +154,7 @@ def set_axis(ax: Axes, which: str, quantity: Shown) -> Floats:
         Half way between the centres on the scale of the axis; the outer cells end at their centres.
     """
     values = quantity.values.values
-    log = log_spaced(values)
+    log = on_log_axis(values)
     ax.set(
         **{
             f"{which}label": quantity.label,
@@ -160,13 +168,28 @@ def set_axis(ax: Axes, which: str, quantity: Shown) -> Floats:
     return np.concatenate([values[:1], (np.exp(edges) if log else edges)[1:-1], values[-1:]])
 
 
+def move_edge(edges: Floats, values: Floats, survived: float) -> None:
+    """Move the edge between the cells on either side of the largest field that is survived to this field.
+
+    Parameters
+    ----------
+    edges : (n + 1,) ndarray
+        From `set_axis`; changed in place.
+    values : (n,) ndarray
+        Rising fields, as the axis has them.
+    survived : float
+        Likewise.
+    """
+    edges[np.searchsorted(values, survived, "right")] = np.clip(survived, values[0], values[-1])
+
+
 def _fine(values: Floats) -> Floats:
     """Return many places between the first and the last of rising values, even on their scale."""
-    spaced = np.geomspace if log_spaced(values) else np.linspace
+    spaced = np.geomspace if on_log_axis(values) else np.linspace
     return np.asarray(spaced(values[0], values[-1], _FINE))
 
 
 def _nearest(values: Floats, places: Floats) -> npt.NDArray[np.intp]:
     """Return which of rising values is nearest to each place, on their scale."""
-    middles = np.sqrt(values[1:] * values[:-1]) if log_spaced(values) else 0.5 * (values[1:] + values[:-1])
+    middles = np.sqrt(values[1:] * values[:-1]) if on_log_axis(values) else 0.5 * (values[1:] + values[:-1])
     return np.searchsorted(middles, places)

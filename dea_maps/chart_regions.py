@@ -7,9 +7,9 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.collections import Collection, LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, ListedColormap, Normalize
-from matplotlib.patches import Patch, Rectangle
+from matplotlib.patches import Patch
 from matplotlib.text import Text
 from scipy import ndimage
 
@@ -47,7 +47,7 @@ def paint_values(
 ) -> Masked:
     """Paint the values of some regions in colours.
 
-    Where the theory bounds regions, their outer cells reach under the borders, and those who look see no steps.
+    Where the theory bounds regions, colours reach under those that are painted upon them, and no steps are seen.
 
     Parameters
     ----------
@@ -69,28 +69,18 @@ def paint_values(
     """
     regions = tuple(regions)
     values = plane.only(*regions)
-    painted: list[Collection] = [
-        ax.pcolormesh(x_edges, y_edges, values, norm=norm, cmap=COLOURS, rasterized=True, zorder=_VALUES)
-    ]
+    # Where electrical breakdown comes first, the lines of the theory are not seen.
+    order = _CELLS if BREAKS_DOWN in regions else _VALUES
+    ax.pcolormesh(x_edges, y_edges, values, norm=norm, cmap=COLOURS, rasterized=True, zorder=order)
     known = ~np.ma.getmaskarray(values)
-    fringe = ndimage.binary_dilation(known, np.ones((3, 3), bool)) & ~known & (plane.regions < UNRESOLVED)
-    if plane.program and fringe.any():
+    fringe = ndimage.binary_dilation(known, np.ones((3, 3), bool)) & ~known & (plane.regions == FAILS_AT_ONCE)
+    if plane.program and FAILS_LATER in regions and fringe.any():
         nearest = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
         row, column = np.nonzero(fringe)
         corners = _corners(x_edges, y_edges, row, column, column + 1)
         colours = COLOURS(norm(plane.values[tuple(nearest)][fringe]))
-        painted.append(
-            PolyCollection(
-                corners, facecolors=colours, linewidth=0.0, antialiased=False, rasterized=True, zorder=_VALUES
-            )
-        )
-        ax.add_collection(painted[-1], autolim=False)
-    if plane.program and SURVIVES in regions:
-        low, high = ax.get_ylim()
-        left = ax.get_xlim()[0]
-        inside = Rectangle((left, low), plane.critical - left, high - low, transform=ax.transData)
-        for artist in painted:
-            artist.set_clip_path(inside)
+        look: dict[str, Any] = {"linewidth": 0.0, "antialiased": False, "rasterized": True, "zorder": _VALUES}
+        ax.add_collection(PolyCollection(list(corners), facecolors=colours, **look), autolim=False)
     return values
 
 
@@ -126,7 +116,7 @@ def paint_regions(ax: Axes, plane: Plane, x_edges: Floats, y_edges: Floats, skip
         if len(cells):
             looks = LOOKS[region]
             ax.add_collection(
-                PolyCollection(cells, **looks, linewidth=0.0, antialiased=False, rasterized=True, zorder=_CELLS),
+                PolyCollection(list(cells), **looks, linewidth=0.0, antialiased=False, rasterized=True, zorder=_CELLS),
                 autolim=False,
             )
     edges = _borders(x_edges, y_edges, by_cells)

@@ -1,5 +1,6 @@
 """How far a film stretches before it fails, or for good where it survives."""
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
@@ -9,14 +10,15 @@ from .chart_curves import head_over_regions, points_of, shade_regions
 from .chart_data import drawable, parameters_along, sizes_in_words
 from .chart_isochrones import draw_isolines
 from .chart_layout import add_colour_bar, add_heading, axes_for, line_width
-from .chart_plane import plane_of, regions_of, set_axis
+from .chart_plane import BREAKS_DOWN, plane_of, regions_of, set_axes
 from .chart_regions import COLOURS, LOOKS, name_regions, paint_regions, paint_values, patches
 from .chart_theory import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
 from .chart_units import shown, title_of, units_of
 
-_GROUPS = ((FAILS_LATER, FAILS_AT_ONCE), (SURVIVES,))
+_GROUPS = ((FAILS_LATER, FAILS_AT_ONCE), (SURVIVES,), (BREAKS_DOWN,))
 """Outcomes within which the stretch does not jump."""
 
+_ENDS = ("at failure", "fully relaxed", "at breakdown")
 _LABEL = r"largest stretch $\lambda$"
 
 
@@ -68,30 +70,40 @@ def stretch_chart(ds: xr.Dataset, ax: Axes | None = None, *, units: str | None =
 
 def _curve(ax: Axes, ds: xr.Dataset, name: str, units: str) -> None:
     ds = ds.sortby(name)
-    parameter, regions = shown(ds, name, units), regions_of(ds)
-    x = parameter.values.values
-    for variable, style in (("critical_stretch", "-"), ("final_stretch", "--")):
-        line = {"color": "black", "linestyle": style, "linewidth": line_width(ax, 1.2), **points_of(ax, x)}
-        words = "at failure" if variable == "critical_stretch" else "fully relaxed"
-        if ds[variable].notnull().any():
-            ax.plot(x, ds[variable].values, label=words, **line)
-    ax.set_ylabel(_LABEL)
-    shade_regions(ax, ds, name, units)
-    head_over_regions(ax, title_of(ds, units), x, regions, ax.lines)
+    x = shown(ds, name, units).values.values
+    for words, style, stretch in zip(_ENDS, ("-", "--", ":"), _stretches(ds), strict=True):
+        if stretch.notnull().any():
+            line = {"color": "black", "linestyle": style, "linewidth": line_width(ax, 1.2), **points_of(ax, x)}
+            ax.plot(x, stretch.values, label=words, **line)
+    ax.set(ylabel=_LABEL)
+    edges = shade_regions(ax, ds, name, units)
+    head_over_regions(ax, title_of(ds, units), edges, regions_of(ds), list(ax.lines))
+
+
+def _stretches(ds: xr.Dataset) -> tuple[xr.DataArray, ...]:
+    """Return the largest stretch of films that fail, survive or break down, each NaN elsewhere."""
+    broken = xr.DataArray(regions_of(ds) == BREAKS_DOWN, dims=ds["outcome"].dims)
+    at_breakdown = (
+        ds["breakdown_stretch"] if "breakdown_stretch" in ds else xr.full_like(ds["critical_stretch"], np.nan)
+    )
+    survives = (ds["outcome"] == SURVIVES) & ~broken
+    return ds["critical_stretch"].where(~broken), ds["final_stretch"].where(survives), at_breakdown.where(broken)
 
 
 def _map(ax: Axes, ds: xr.Dataset, along: dict[str, str], units: str) -> None:
     x, y = along.items()
-    stretch = ds["final_stretch"].where(ds["outcome"] == SURVIVES, ds["critical_stretch"])
+    at_failure, relaxed, at_breakdown = _stretches(ds)
+    stretch = at_failure.fillna(relaxed).fillna(at_breakdown)
     plane = plane_of(ds, x, y, stretch, units)
-    x_edges, y_edges = set_axis(ax, "x", plane.x), set_axis(ax, "y", plane.y)
-    known = plane.only(SURVIVES, FAILS_LATER, FAILS_AT_ONCE).compressed()
+    x_edges, y_edges = set_axes(ax, plane)
+    shown_regions = [region for group in _GROUPS for region in group if plane.only(region).count()]
+    known = plane.only(*shown_regions).compressed()
     groups = []
     if known.size:
         norm = Normalize(known.min(), known.max())
         groups = [paint_values(ax, plane, group, x_edges, y_edges, norm) for group in _GROUPS]
         add_colour_bar([ax], norm, COLOURS, _LABEL, known)
-    borders = paint_regions(ax, plane, x_edges, y_edges, [SURVIVES, FAILS_LATER, FAILS_AT_ONCE])
+    borders = paint_regions(ax, plane, x_edges, y_edges, shown_regions)
     add_heading(ax, title_of(ds, units))
     fine_x, fine_y, regions = plane.fine()
     places = {region: regions == region for region in LOOKS}

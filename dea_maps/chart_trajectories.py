@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from .chart_choices import check_choice
-from .chart_data import check_variables, evenly, log_spaced, varying
+from .chart_data import check_variables, evenly, on_log_axis, varying
 from .chart_layout import add_heading, axes_for, line_width, text_size
 from .chart_lines import MARKERS, curve_style
 from .chart_units import Shown, shown, title_of, units_of
@@ -129,7 +129,7 @@ def _set_time(ax: Axes, time: Shown) -> Shown:
     """Set the axis of time, and return the times as it has them."""
     values = time.values.values
     positive = np.unique(values[values > 0.0])
-    if log_spaced(positive):
+    if on_log_axis(positive):
         ax.set_xscale("log")
         ax.set_xlim(positive[0], positive[-1])
     else:
