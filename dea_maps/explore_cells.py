@@ -250,10 +250,11 @@ def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:
         ``outcome`` in int8, others in float32; in the units of `plain_label`.
     """
     part = cells.ds if cells.across is None else cells.ds.isel({cells.ds["outcome"].dims[0]: index})
-    kinds = {name: np.int8 if name == "outcome" else np.float32 for name in part.data_vars}
-    found = {str(name): part[name].values.ravel().astype(kind) for name, kind in kinds.items()}
-    if "critical_true_field" in found:
-        found["critical_true_field"] *= np.float32(1e-6)
+    found: dict[str, npt.NDArray[Any]] = {}
+    for name, array in part.data_vars.items():
+        scale = 1e-6 if name == "critical_true_field" else 1
+        kind = np.int8 if name == "outcome" else np.float32
+        found[str(name)] = (array.values.ravel() * scale).astype(kind)
     return found
 
 
@@ -279,5 +280,5 @@ def _taken(program: Program) -> list[str]:
 
 
 def _axis(ds: xr.Dataset, name: str, total: int) -> Axis:
-    names = [each for each in (name, SI.get(name)) if each in ds.coords]
+    names = [each for each in (name, SI.get(name, name)) if each in ds.coords]
     return Axis(name, total, {each: ds[each].values.astype(np.float64) for each in names})

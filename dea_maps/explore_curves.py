@@ -62,14 +62,11 @@ def curves_of(cells: Cells) -> Curves:
     >>> ds = dm.sweep(dm.Step(), field=[0.9, 1.2, 1.5], modulus_ratio=4.0)
     >>> curves = curves_of(cells_of(ds))
     >>> [f"{span:.2f}" for span in curves.span]
-    ['8.26', '2.44', '0.55']
+    ['10.82', '2.44', '0.55']
     """
     ds = cells.ds
     parameters = {name: ds[name] for name in PARAMETERS if name in (*cells.program.parameters, "modulus_ratio")}
-    missing = {"critical_stretch", "final_stretch"} - ds.keys()
-    # Computed again only for what a smaller map left out.
-    more = sweep(cells.program, **parameters, rtol=RTOL).transpose(*ds["outcome"].dims) if missing else ds
-    found = {name: (more if name in missing else ds)[name].values.ravel().astype(float) for name in _ENDS}
+    found = {name: array.values.ravel().astype(float) for name, array in _ends(cells, parameters).items()}
     arrays = [array.values.ravel() for array in xr.broadcast(ds["outcome"], *parameters.values())]
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
     lifetime = np.where(outcome == FAILS_LATER, ds["time_to_failure"].values.ravel().astype(float), 0.0)
@@ -93,7 +90,21 @@ def curves_of(cells: Cells) -> Curves:
     return Curves(span.astype(np.float32), _packed(shares), _packed((stretch - 1.0) / (top - 1.0)), top)
 
 
-_ENDS = ("critical_stretch", "final_stretch")
+def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:
+    """Return the stretches at failure and after full relaxation, computed again where the map is without them."""
+    ds = cells.ds
+    if "critical_stretch" not in ds or "final_stretch" not in ds:
+        plain = {name: array.reset_coords(drop=True) for name, array in parameters.items()}
+        again = sweep(
+            cells.program,
+            modulus_ratio=plain["modulus_ratio"],
+            field=plain.get("field"),
+            rate=plain.get("rate"),
+            rtol=RTOL,
+        )
+        ds = ds.merge(again[["critical_stretch", "final_stretch"]], compat="override")
+    dims = cells.ds["outcome"].dims
+    return {name: ds[name].transpose(*dims) for name in ("critical_stretch", "final_stretch")}
 
 
 def _relaxation_rate(stretch: Floats, values: dict[str, Floats]) -> Floats:

@@ -1,19 +1,11 @@
 """The figures of a page to explore: the map, and the trajectory of the film that is clicked."""
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from bokeh.models import (
-    CDSView,
-    ColorBar,
-    ColumnDataSource,
-    GlyphRenderer,
-    GroupFilter,
-    HoverTool,
-    LogColorMapper,
-    Quad,
-    Span,
-)
+from bokeh.models import CDSView, ColumnDataSource, CustomJSHover, GroupFilter, HoverTool, LogColorMapper, Quad, Range1d
+from bokeh.models.annotations import ColorBar, Span
+from bokeh.models.renderers import GlyphRenderer
 from bokeh.plotting import figure
 from bokeh.themes import Theme
 from matplotlib.colors import to_hex
@@ -88,8 +80,8 @@ def draw_map(cells: Cells, source: ColumnDataSource) -> figure:
         y_axis_type="log" if y_log else "linear",
         x_axis_label=plain_label(cells.x.shown),
         y_axis_label=y_label,
-        x_range=(x_edges[0], x_edges[-1]),
-        y_range=y_range,
+        x_range=Range1d(start=x_edges[0], end=x_edges[-1]),
+        y_range=Range1d(start=y_range[0], end=y_range[1]),
         tools="tap,box_zoom,wheel_zoom,pan,reset,save",
         **_FIGURE,
     )
@@ -97,7 +89,7 @@ def draw_map(cells: Cells, source: ColumnDataSource) -> figure:
     plot.grid.visible = cells.y is None
     upright = {"bottom": "bottom", "top": "top"} if cells.y is not None else {"bottom": y_range[0], "top": y_range[1]}
     colours = [to_hex(colour) for colour in COLOURS(np.arange(COLOURS.N))]
-    times = LogColorMapper(colours, low=span[0], high=span[1]) if span and cells.y is not None else None
+    times = LogColorMapper(palette=colours, low=span[0], high=span[1]) if span and cells.y is not None else None
     for outcome in np.unique(cells.ds["outcome"].values).tolist():
         looks = _looks(outcome, cells.time_shown, times)
         cell = Quad(left="left", right="right", **upright, **looks)
@@ -140,8 +132,9 @@ def draw_trajectory(cells: Cells) -> Trajectory:
     relaxed = Span(dimension="width", location=np.nan, line_dash="dashed", line_color="gray", name="final")
     plot.add_layout(relaxed)
     tooltips = [("time", "@time{%.4g}"), ("stretch", "@stretch{%.4g}")]
-    formatters = {"@time": "printf", "@stretch": "printf"}
-    plot.add_tools(HoverTool(renderers=[line, cross], tooltips=tooltips, formatters=formatters, visible=False))
+    plot.add_tools(
+        HoverTool(renderers=[line, cross], tooltips=tooltips, formatters=_formatted("time", "stretch"), visible=False)
+    )
     return Trajectory(plot, curve, failure, relaxed)
 
 
@@ -173,7 +166,7 @@ def _looks(outcome: int, time: str, times: LogColorMapper | None) -> dict[str, A
     return {"fill_color": colour, "line_color": colour, **hatch}
 
 
-def _pointer(cells: Cells, outcome: int, drawn: GlyphRenderer) -> HoverTool:
+def _pointer(cells: Cells, outcome: int, drawn: "GlyphRenderer[Any]") -> HoverTool:
     """Show what has a meaning for an outcome under the pointer."""
     parameters = [name for axis in cells.axes[::-1] for name in axis.values]
     variables = [str(name) for name in cells.ds.data_vars if str(name).startswith(_MEANT.get(outcome, ()))]
@@ -181,6 +174,10 @@ def _pointer(cells: Cells, outcome: int, drawn: GlyphRenderer) -> HoverTool:
     return HoverTool(
         renderers=[drawn],
         tooltips=[("outcome", in_words(outcome)), *shown],
-        formatters={f"@{name}": "printf" for name in (*parameters, *variables)},
+        formatters=_formatted(*parameters, *variables),
         visible=False,
     )
+
+
+def _formatted(*names: str) -> dict[str, Literal["numeral", "datetime", "printf"] | CustomJSHover]:
+    return {f"@{name}": "printf" for name in names}

@@ -8,7 +8,8 @@ import numpy.typing as npt
 from bokeh.document import Document
 from bokeh.embed import file_html
 from bokeh.events import DocumentReady
-from bokeh.models import CategoricalSlider, ColumnDataSource, CustomJS, Div
+from bokeh.models import ColumnDataSource, CustomJS
+from bokeh.models.widgets import CategoricalSlider, Div
 from bokeh.resources import INLINE
 
 from .explore_cells import Axis, Cells, columns, edges, plain_label
