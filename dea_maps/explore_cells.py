@@ -225,13 +225,16 @@ def fixed_parameters(cells: Cells) -> dict[str, float]:
 
 
 def edges(axis: Axis) -> tuple[Floats, bool]:
-    """Return the edges of the cells along an axis, half way between the values, and whether it is a log axis."""
+    """Return the edges of the cells along an axis, and whether it is a log axis.
+
+    They are half way between the values; the outer cells end at theirs.
+    """
     values = axis.values[axis.shown]
     log = log_spaced(values)
     scaled = np.log(values) if log else values
-    gaps = np.diff(scaled)
-    sides = np.concatenate([[scaled[0] - gaps[0] / 2], scaled[:-1] + gaps / 2, [scaled[-1] + gaps[-1] / 2]])
-    return (np.exp(sides) if log else sides), log
+    between = (scaled[1:] + scaled[:-1]) / 2
+    between = np.exp(between) if log else between
+    return np.concatenate([values[:1], between, values[-1:]]), log
 
 
 def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:

@@ -127,8 +127,5 @@ def _places(cells: Cells) -> dict[str, npt.NDArray[np.float32]]:
 def _renumbered(html: str) -> str:
     """Return the page with identifiers that do not differ from one making to the next."""
     names: dict[str, str] = {}
-    unique = r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}"
-    return re.sub(rf'(?<="){_MODEL}(?=")|{unique}', lambda found: names.setdefault(found[0], f"m{len(names)}"), html)
-
-
-_MODEL = r"p\d{4,}"
+    model, element = r'(?<=")p\d{4,}(?=")', r"[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}"
+    return re.sub(f"{model}|{element}", lambda found: names.setdefault(found[0], f"m{len(names)}"), html)

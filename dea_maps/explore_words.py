@@ -29,8 +29,8 @@ def reading(cells: Cells) -> str:
         " the time until it fails by electromechanical instability",
         f" ({met}). " if met else ". ",
         f"The slider changes the {NOMENCLATURE[cells.across.name].label}. " if cells.across is not None else "",
-        "Point at a film for its values. Click it for its stretch against time, up to failure (cross) or, where it "
-        "survives, until it is nearly relaxed (dashed: its final stretch).",
+        "Point at a film for its values; click it for its stretch against time, up to failure (cross)",
+        ", or until it has nearly its final stretch (dashed)." if (outcomes == SURVIVES).any() else ".",
     ]
     return "".join(parts)
 
