@@ -20,25 +20,35 @@ __all__ = [
     "__version__",
     "allowable_field",
     "allowable_rate",
+    "breakdown",
+    "charts",
+    "design",
+    "explore",
     "fit_uniaxial",
     "general_trajectory",
     "methods",
     "open",
     "physical",
     "reachable_stretch",
+    "read_material",
     "sweep",
     "sweep_to_netcdf",
     "trajectory",
 ]
 
 if TYPE_CHECKING:
+    from . import charts
     from .catalogue import methods
+    from .designing import design
     from .disk import sweep_to_netcdf
+    from .explorer import explore
+    from .first_limit import breakdown
     from .fitting import fit_uniaxial
     from .general import general_trajectory
     from .inverse import allowable_field, allowable_rate, reachable_stretch
     from .load_history import LoadHistory
     from .material import VHB, Material
+    from .material_table import read_material
     from .opening import open
     from .programs import Ramp, RampHold, Step
     from .si_units import physical
@@ -57,12 +67,16 @@ else:
         "VHB": "material",
         "allowable_field": "inverse",
         "allowable_rate": "inverse",
+        "breakdown": "first_limit",
+        "design": "designing",
+        "explore": "explorer",
         "fit_uniaxial": "fitting",
         "general_trajectory": "general",
         "methods": "catalogue",
         "open": "opening",
         "physical": "si_units",
         "reachable_stretch": "inverse",
+        "read_material": "material_table",
         "sweep": "sweeping",
         "sweep_to_netcdf": "disk",
         "trajectory": "trajectories",
@@ -74,6 +88,10 @@ else:
             from importlib.metadata import version
 
             value = version("dea-maps")
+        elif name == "charts":
+            from importlib import import_module
+
+            value = import_module(".charts", __name__)
         elif name in _HOME:
             from importlib import import_module
 

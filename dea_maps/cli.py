@@ -1,13 +1,15 @@
-"""The command line: ``dea-maps sweep``, ``plot``, ``info`` and ``fit``."""
+"""The command line of ``dea-maps``: its arguments, its help, and how it ends."""
 
 import argparse
 import os
 import shlex
 import sys
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from typing import Any, NoReturn
+from collections.abc import Sequence
+from typing import NoReturn
+
+from . import verbs as run
+from .chart_choices import CHARTS, SIZES
+from .verbs import InputError
 
 _ERROR = "dea-maps: error:"
 _COULD_NOT_FINISH, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
@@ -18,6 +20,8 @@ Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a f
   dea-maps sweep SPEC.toml -o OUT.nc     solve every combination of parameters of a specification
   dea-maps plot OUT.nc -o CHART.png      draw what was found (.png, .svg or .pdf)
   dea-maps info OUT.nc                   say what was found
+  dea-maps explore OUT.nc -o PAGE.html   make a page to look around in, with a browser
+  dea-maps design SPEC.toml [-o CH.png]  the largest voltages that films take for given times
   dea-maps fit DATA.csv [-o FIT.png]     fit a material to curves of uniaxial tension
 """
 
@@ -34,12 +38,18 @@ a specification:
                          # also: method, formulation, and step for a method with fixed steps
 step takes field, ramp takes rate, ramp_hold takes both, and all take modulus_ratio; OUT.nc is NetCDF-4.
 
+in volts and seconds, add a film; then [grid] may have voltage (V) and voltage_rate (V/s), and needs no modulus_ratio:
+  [material]
+  preset = "VHB"         # or unrelaxed_modulus, relaxed_modulus (Pa), relaxation_time (s), relative_permittivity
+  thickness = 100e-6     # m, undeformed
+
+for design, [material], or several [[material]], and
+  [design]
+  holding_time = [1, 60, 3600]       # s, constant voltage; the thickness may be a list too
+                         # with breakdown_strength in [material] (V/m) the true field is limited as well
+
 exit status: 0 done, 1 could not finish, 2 bad input, 130 interrupted
 """
-
-
-class _InputError(Exception):
-    """Input that was refused before any computing."""
 
 
 class _Parser(argparse.ArgumentParser):
@@ -88,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except SystemExit as stop:  # argparse has said all there is to say
         return stop.code if isinstance(stop.code, int) else 0
-    except _InputError as error:
+    except InputError as error:
         return _fail(_BAD_INPUT, str(error))
     except KeyboardInterrupt as interrupt:
         words = sys.argv[1:] if argv is None else argv
@@ -109,15 +119,6 @@ def _fail(status: int, message: str) -> int:
     return status
 
 
-@contextmanager
-def _checking_input() -> Iterator[None]:
-    """Take errors for refusals of what the user gave."""
-    try:
-        yield
-    except (OSError, TypeError, ValueError) as error:
-        raise _InputError(str(error)) from error
-
-
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
         prog="dea-maps",
@@ -126,9 +127,9 @@ def _parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
-    verbs = parser.add_subparsers(metavar="VERB", required=True, title="verbs")
+    choices = parser.add_subparsers(metavar="VERB", required=True, title="verbs")
 
-    sweep = verbs.add_parser("sweep", help="solve every combination of parameters of a specification")
+    sweep = choices.add_parser("sweep", help="solve every combination of parameters of a specification")
     sweep.add_argument("specification", metavar="SPEC.toml", help="see dea-maps --help for an example")
     sweep.add_argument("-o", "--output", metavar="OUT.nc", required=True, help="NetCDF file to write or replace")
     sweep.add_argument("--variables", metavar="NAME,NAME", help="variables to store (default: all)")
@@ -140,88 +141,35 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--quick", action="store_true", help="thin the grid to 10 values a parameter, for a first look")
     sweep.add_argument("--dry-run", action="store_true", help="check all, say how much it is and takes, and stop")
     sweep.add_argument("--quiet", action="store_true", help="print nothing but errors")
-    sweep.set_defaults(run=_sweep)
+    sweep.set_defaults(run=run.sweep)
 
-    plot = verbs.add_parser("plot", help="draw what a sweep found")
+    plot = choices.add_parser("plot", help="draw what a sweep found")
     plot.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
     plot.add_argument("-o", "--output", metavar="CHART.png", required=True, help=".png, .svg or .pdf")
-    plot.set_defaults(run=_plot)
+    plot.add_argument("--chart", choices=CHARTS, default="auto", help="which (default: what suits the map)")
+    plot.add_argument("--size", choices=SIZES, default="column", help="for a column of print or a slide")
+    plot.set_defaults(run=run.plot)
 
-    info = verbs.add_parser("info", help="say what a sweep found")
+    info = choices.add_parser("info", help="say what a sweep found")
     info.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
-    info.set_defaults(run=_info)
+    info.set_defaults(run=run.info)
 
-    fit = verbs.add_parser("fit", help="fit both moduli and the relaxation time to curves of uniaxial tension")
+    explore = choices.add_parser("explore", help="make a page to look around in a map, with a browser")
+    explore.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
+    explore.add_argument("-o", "--output", metavar="PAGE.html", required=True, help="one file that needs no network")
+    explore.set_defaults(run=run.explore)
+
+    design = choices.add_parser("design", help="find the largest voltages that films take for given times")
+    design.add_argument("specification", metavar="SPEC.toml", help="see dea-maps --help for an example")
+    design.add_argument("-o", "--output", metavar="CHART.png", help="chart of them: .png, .svg or .pdf")
+    design.add_argument("--size", choices=SIZES, default="column", help="for a column of print or a slide")
+    design.set_defaults(run=run.design)
+
+    fit = choices.add_parser("fit", help="fit both moduli and the relaxation time to curves of uniaxial tension")
     fit.add_argument("data", metavar="DATA.csv", help="columns stretch_rate (1/s), stretch and nominal_stress (Pa)")
     fit.add_argument("-o", "--output", metavar="FIT.png", help="chart of data and fit: .png, .svg or .pdf")
     fit.add_argument(
         "--noise", choices=("constant", "proportional"), default="constant", help="what the scatter of the stress is"
     )
-    fit.set_defaults(run=_fit)
+    fit.set_defaults(run=run.fit)
     return parser
-
-
-def _sweep(arguments: argparse.Namespace) -> None:
-    from .disk import planned_file, sweep_to_netcdf
-    from .spec import read_specification, thinned
-    from .storage import open_map
-    from .summary import describe_plan, one_line
-
-    storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
-    with _checking_input():
-        spec = read_specification(arguments.specification)
-        if arguments.variables is not None:
-            storing["variables"] = arguments.variables.split(",")
-        parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
-        asked = {**parameters, **spec.accuracy, **storing}
-        plan = planned_file(arguments.output, spec.program, **asked)
-        if os.path.exists(arguments.output) and os.path.samefile(arguments.output, arguments.specification):
-            raise ValueError(f"cannot write {arguments.output}: it is the specification itself")
-    if arguments.dry_run:
-        print(describe_plan(plan))
-        return
-    progress = sys.stderr.isatty() and not arguments.quiet
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
-        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
-    if not arguments.quiet:
-        with open_map(arguments.output) as ds:
-            print(f"{arguments.output}: {one_line(ds)}")
-
-
-def _plot(arguments: argparse.Namespace) -> None:
-    from .charts import check_chart_path, draw, save
-    from .storage import open_map
-
-    with _checking_input():
-        check_chart_path(arguments.output)
-        with open_map(arguments.map) as ds:
-            figure = draw(ds)
-    save(figure, arguments.output)
-
-
-def _info(arguments: argparse.Namespace) -> None:
-    from .storage import open_map
-    from .summary import describe
-
-    with _checking_input():
-        ds = open_map(arguments.map)
-    with ds:
-        print(describe(ds))
-
-
-def _fit(arguments: argparse.Namespace) -> None:
-    from .charts import check_chart_path, save
-    from .fit_chart import draw_fit
-    from .fitting import fit_uniaxial
-    from .tension_curves import read_curves
-
-    with _checking_input():
-        curves = read_curves(arguments.data)
-        if arguments.output is not None:
-            check_chart_path(arguments.output)
-    fit = fit_uniaxial(curves, noise=arguments.noise)
-    print(fit.summary())
-    if arguments.output is not None:
-        save(draw_fit(fit), arguments.output)

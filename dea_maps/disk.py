@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 from .engines import ENGINES
+from .material import Material
 from .nomenclature import VARIABLES
 from .parameters import ParameterLike, brief
 from .programs import Program
+from .si_units import check_film
 from .storage import PathLike, check_writable, write_dataset
-from .streaming import Plan, make_plan, stream
+from .streaming import Film, Plan, make_plan, stream
 from .sweeping import planned, progress_bar
 
 DTYPES = ("float64", "float32")
@@ -39,6 +41,8 @@ def sweep_to_netcdf(
     scheduler: str | None = None,
     memory: str | int | None = None,
     fresh: bool = False,
+    material: Material | None = None,
+    thickness: float | None = None,
 ) -> None:
     """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
 
@@ -64,6 +68,8 @@ def sweep_to_netcdf(
         the default; at least 16 MiB.
     fresh : bool
         Whether to begin anew even where finished parts are there.
+    material, thickness : Material and float, optional
+        Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film.
 
     Raises
     ------
@@ -101,6 +107,8 @@ def sweep_to_netcdf(
         engine=engine,
         scheduler=scheduler,
         memory=memory,
+        material=material,
+        thickness=thickness,
     )
     if plan.grid.cells == 0:
         write_dataset(plan.hollow(), plan.path)
@@ -118,13 +126,15 @@ def planned_file(
     engine: str = "threads",
     scheduler: str | None = None,
     memory: str | int | None = None,
+    material: Material | None = None,
+    thickness: float | None = None,
     **asked: Any,
 ) -> Plan:
     """Return what `sweep_to_netcdf` would do, with everything checked and nothing computed.
 
     Parameters
     ----------
-    path, program, variables, dtype, engine, scheduler, memory
+    path, program, variables, dtype, engine, scheduler, memory, material, thickness
         As in `sweep_to_netcdf`.
     **asked
         The parameters and the accuracy, as in `sweep`.
@@ -148,8 +158,19 @@ def planned_file(
         raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
+    film = _film(material, thickness)
     check_writable(path)
-    return make_plan(Path(path), grid, choice, kept, dtype, room)
+    return make_plan(Path(path), grid, choice, kept, dtype, room, film)
+
+
+def _film(material: Material | None, thickness: float | None) -> Film | None:
+    if material is None and thickness is None:
+        return None
+    if material is None or thickness is None:
+        lacking = "material" if material is None else "thickness"
+        raise TypeError(f"material and thickness must be given together; got no {lacking}")
+    check_film(material, thickness)
+    return material, float(thickness)
 
 
 def _nothing(cells: int) -> None:

@@ -2,9 +2,15 @@
 
 import math
 import numbers
+from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
+import numpy.typing as npt
+
 from .parameters import brief
+
+Array = npt.NDArray[np.float64]
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 """In farads per metre (CODATA 2018)."""
@@ -26,6 +32,9 @@ class Material:
         ``eps`` over that of vacuum, at least 1; None where it is not known.
     name, source : str
         What it is, and where the numbers are from.
+    breakdown_strength : float, callable or None
+        The true field in V/m at which the film breaks down, above 0, or what returns it for an array of stretches; None
+        where it is not known.
 
     Raises
     ------
@@ -45,6 +54,7 @@ class Material:
     relative_permittivity: float | None = None
     name: str = ""
     source: str = ""
+    breakdown_strength: float | Callable[[Array], Array] | None = None
 
     def __post_init__(self) -> None:
         for name in _POSITIVE:
@@ -62,6 +72,11 @@ class Material:
             if not (math.isfinite(value) and value >= 1.0):
                 raise ValueError(f"relative_permittivity must be None, or finite and at least 1; got {value}")
             object.__setattr__(self, "relative_permittivity", value)
+        if self.breakdown_strength is not None and not callable(self.breakdown_strength):
+            value = _number("breakdown_strength", self.breakdown_strength)
+            if not (math.isfinite(value) and value > 0.0):
+                raise ValueError(f"breakdown_strength must be None, a function, or finite and above 0; got {value}")
+            object.__setattr__(self, "breakdown_strength", value)
         for name in ("name", "source"):
             if not isinstance(getattr(self, name), str):
                 raise TypeError(f"{name} must be a string; got {brief(getattr(self, name))}")
@@ -84,6 +99,24 @@ class Material:
             raise ValueError("relative_permittivity must be known for a critical field; got None")
         permittivity = self.relative_permittivity * VACUUM_PERMITTIVITY
         return math.sqrt(0.75 * 4.0 ** (-1.0 / 3.0) * self.relaxed_modulus / permittivity)
+
+    def strength(self, stretch: Array) -> Array:
+        """Return the true field at which the film breaks down, over the relaxed critical field.
+
+        Parameters
+        ----------
+        stretch : ndarray
+
+        Raises
+        ------
+        ValueError
+            If the breakdown strength or the relative permittivity is not known.
+        """
+        if self.breakdown_strength is None:
+            raise ValueError("breakdown_strength must be known for a limit on the true field; got None")
+        known = self.breakdown_strength
+        in_si = known(stretch) if callable(known) else np.full(np.shape(stretch), known)
+        return np.asarray(in_si) / self.critical_field
 
 
 def _number(name: str, value: object) -> float:

@@ -84,6 +84,24 @@ TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
 )
 """What a trajectory adds to a sweep's parameters and variables."""
 
+BREAKDOWN: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "first_limit": Quantity("first limit", "", "what ends the loading first"),
+        "time_to_breakdown": Quantity(
+            "time to breakdown", r"$t/\tau$", "time to electrical breakdown, in relaxation times"
+        ),
+        "breakdown_stretch": Quantity(
+            "breakdown stretch", r"$\lambda$", "equibiaxial stretch at electrical breakdown"
+        ),
+        "breakdown_field": Quantity(
+            "breakdown field",
+            r"$E/E_c$",
+            "nominal electric field at electrical breakdown, over the relaxed critical field",
+        ),
+    }
+)
+"""What a limit on the true field adds to them."""
+
 _INSTABILITY = "at electromechanical instability"
 
 GENERAL: Mapping[str, Quantity] = MappingProxyType(
@@ -151,7 +169,9 @@ GENERAL: Mapping[str, Quantity] = MappingProxyType(
 """What a trajectory of the general model has beside ``outcome``, ``time_to_failure``, ``critical_field``,
 ``applied_field`` and its parameters."""
 
-NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType({**PARAMETERS, **VARIABLES, **TRAJECTORY, **GENERAL})
+NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
+    {**PARAMETERS, **VARIABLES, **TRAJECTORY, **BREAKDOWN, **GENERAL}
+)
 """All of them by name."""
 
 OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")

@@ -54,15 +54,17 @@ def brief(value: object) -> str:
     return " ".join(reprlib.repr(value).split())
 
 
-def check_values(name: str, values: npt.NDArray[np.float64]) -> None:
+def check_values(name: str, values: npt.NDArray[np.float64], bound: Bound | None = None) -> None:
     """Check that every value of a parameter is finite and within its bound.
 
     Parameters
     ----------
     name : str
-        A key of `BOUNDS`.
+        A key of `BOUNDS`, or another name and its bound.
     values : ndarray of float64, any shape
-        Its values, dimensionless.
+        Its values.
+    bound : Bound, optional
+        By default that of the parameter.
 
     Raises
     ------
@@ -76,7 +78,7 @@ def check_values(name: str, values: npt.NDArray[np.float64]) -> None:
     ...
     ValueError: rate must be finite and above 0; got 0.0
     """
-    lowest, included = BOUNDS[name]
+    lowest, included = bound or BOUNDS[name]
     allowed = np.isfinite(values) & (values >= lowest if included else values > lowest)
     if not allowed.all():
         limit = f"{'at least' if included else 'above'} {lowest:g}"

@@ -47,12 +47,7 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     """
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"ds must be a data set; got {brief(ds)}")
-    if not isinstance(material, Material):
-        raise TypeError(f"material must be a Material; got {brief(material)}")
-    if not isinstance(thickness, numbers.Real) or isinstance(thickness, bool):
-        raise TypeError(f"thickness must be a number; got {brief(thickness)}")
-    if not 0.0 < thickness < math.inf:
-        raise ValueError(f"thickness must be finite and above 0, in m; got {thickness}")
+    check_film(material, thickness)
     Ec, tau, H = material.critical_field, material.relaxation_time, float(thickness)
     known = set(ds.variables)
     added = ds.copy(deep=False)
@@ -87,6 +82,15 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
         "V m-1",
         "true electric field",
     )
+    add("seconds_to_breakdown", ("time_to_breakdown",), lambda T: T * tau, "s", "time to electrical breakdown")
+    add("breakdown_voltage", ("breakdown_field",), lambda E: E * (Ec * H), "V", "voltage at electrical breakdown")
+    add(
+        "breakdown_true_field",
+        ("breakdown_field", "breakdown_stretch"),
+        lambda E, stretch: E * Ec * stretch**2,
+        "V m-1",
+        "true electric field at electrical breakdown",
+    )
     described = {"material": material.name, "material_source": material.source}
     numbers_of = {
         "unrelaxed_modulus_in_Pa": material.unrelaxed_modulus,
@@ -97,3 +101,28 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     }
     added.attrs.update({**described, **numbers_of})
     return added.set_coords(made)
+
+
+def check_film(material: Material, thickness: float) -> None:
+    """Check that a material and a thickness say how many volts a field is.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If something is of the wrong kind or out of bounds, or the permittivity is not known.
+
+    Examples
+    --------
+    >>> from dea_maps import VHB
+    >>> check_film(VHB, 0.0)
+    Traceback (most recent call last):
+    ...
+    ValueError: thickness must be finite and above 0, in m; got 0.0
+    """
+    if not isinstance(material, Material):
+        raise TypeError(f"material must be a Material; got {brief(material)}")
+    if not isinstance(thickness, numbers.Real) or isinstance(thickness, bool):
+        raise TypeError(f"thickness must be a number; got {brief(thickness)}")
+    if not 0.0 < thickness < math.inf:
+        raise ValueError(f"thickness must be finite and above 0, in m; got {thickness}")
+    material.critical_field  # noqa: B018 -- raises where the permittivity is not known

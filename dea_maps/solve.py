@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from .catalogue import Choice
+from .catalogue import Choice, choose
 from .cuts import Index, cut
 from .kernels import build, lanes, model, programs
 from .kernels import sweep as kernel_rows
@@ -29,6 +29,8 @@ NAMES = ("field", "rate", "modulus_ratio")
 ATTEMPTS = 1_000_000
 # The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
 TRACE_ATTEMPTS = 100_000_000
+# Relaxation times of its own after which a film that survives differs from its end by less than rounding.
+RELAXATIONS = 45.0
 # Shares of the tolerance to trace with, until all is found: at the limit of its stability, where a slow ramp keeps it,
 # an explicit method takes a step now and then whose error it does not see, and that leads nowhere.
 RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
@@ -104,7 +106,6 @@ def trace(
     program: Program,
     parameters: Mapping[str, NDArray[np.float64]],
     times: NDArray[np.float64],
-    lifetimes: NDArray[np.float64],
     rtol: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Stretch and internal stretch at given times.
@@ -116,8 +117,6 @@ def trace(
     times : (..., times) ndarray
         In relaxation times, ascending, not negative: the same for all cells, or a row for each, in the shape of
         ``parameters``.
-    lifetimes : ndarray
-        Times to failure, of the shape of ``parameters``; 0 where there is none.
     rtol : float
         Relative error allowed in the stretches.
 
@@ -130,12 +129,14 @@ def trace(
     cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
     kernel = build.trajectory(program.name)
     stretch, internal = np.empty((2, cells, shape[-1]))
-    per_cell = np.broadcast_to(times, shape)
+    ends = solve(program, parameters, choose(program, "auto", "auto", rtol, None))
+    lifetimes = np.nan_to_num(ends.time_to_failure)
+    per_cell = np.minimum(times, _relaxed_by(parameters, ends.final_stretch)[..., np.newaxis])
 
     def compute(cell: int) -> int:
         index = np.unravel_index(cell, ratio.shape)
         columns = _columns(parameters, index)
-        own = np.ascontiguousarray(per_cell[index])
+        own = per_cell[index]
         # Where the film runs away after a long hold, the error counts of all that time.
         field, rate, _ = (float(column[0]) for column in columns)
         held = programs.time_held(program.name, field, rate, float(lifetimes.flat[cell]))
@@ -149,6 +150,22 @@ def trace(
 
     _in_threads(compute, range(cells))
     return stretch.reshape(shape), internal.reshape(shape)
+
+
+def _relaxed_by(
+    parameters: Mapping[str, NDArray[np.float64]], final_stretch: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return when films that survive have come to rest: an explicit method would step on for ever. Infinity for others.
+
+    From the rate at which (26) relaxes about its end at a held field, where the dashpot has the stretch of the film.
+    """
+    survives = ~np.isnan(final_stretch)
+    u = np.where(survives, final_stretch, 1.0) ** -2
+    stiffness = 4.0 * u**3 - 1.0
+    rate = 6.0 * u * stiffness / (stiffness + 3.0 * (parameters["modulus_ratio"] - 1.0) * u)
+    rising = parameters.get("field", 0.0) / parameters.get("rate", np.inf)
+    comes_to_rest = survives & (rate > 0.0)  # at the relaxed critical field it never does
+    return np.where(comes_to_rest, rising + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
 
 
 def applied_field(

@@ -1,22 +1,21 @@
 """Specifications: a sweep described in a TOML file."""
 
-import difflib
-import sys
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from .material import Material
+from .material_table import material_of
 from .nomenclature import PARAMETERS
-from .parameters import brief, check_values
+from .parameters import BOUNDS, brief, check_values
 from .programs import PROGRAMS, Program
 from .storage import PathLike
+from .tables import check_keys, check_number, read_toml, unknown, values_of
 
-_SPACINGS = ("linear", "log")
+IN_VOLTS = {"voltage": "field", "voltage_rate": "rate"}
+"""What ``[grid]`` may have in V and V/s where there is a material, and the parameters that they give."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +30,17 @@ class Specification:
         What ``[grid]`` gives, dimensionless.
     accuracy : dict of str to float or str
         What ``[accuracy]`` gives: any of ``rtol``, ``method``, ``formulation``, ``step``.
+    material : Material or None
+        What ``[material]`` gives, with a known permittivity.
+    thickness : float or None
+        In m; what ``[material]`` gives.
     """
 
     program: Program
     parameters: dict[str, Any]
     accuracy: dict[str, Any]
+    material: Material | None = None
+    thickness: float | None = None
 
 
 def read_specification(path: PathLike) -> Specification:
@@ -46,7 +51,9 @@ def read_specification(path: PathLike) -> Specification:
     Parameters
     ----------
     path : str or path-like
-        A TOML file with the tables ``[program]``, ``[grid]`` and, optionally, ``[accuracy]``.
+        A TOML file with the tables ``[program]``, ``[grid]`` and, optionally, ``[accuracy]`` and ``[material]``, see
+        `dea_maps.read_material`, with the ``thickness`` of the film in m. With a material, ``[grid]`` may have
+        ``voltage`` (V) and ``voltage_rate`` (V/s) instead of field and rate, and the modulus ratio may be left out.
 
     Returns
     -------
@@ -65,24 +72,18 @@ def read_specification(path: PathLike) -> Specification:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "step.toml")
     ...     _ = file.write_text('[program]\nname = "step"\n[grid]\nfield = [0.9, 1.1]\nmodulus_ratio = 4')
     ...     read_specification(file).parameters
     {'field': [0.9, 1.1], 'modulus_ratio': 4}
     """
-    file = Path(path)
-    try:
-        with file.open("rb") as stream:
-            document = tomllib.load(stream)
-    except OSError as error:
-        raise type(error)(f"cannot read {file}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file} is not TOML: {error}") from None
+    document = read_toml(path)
     try:
         return _specification(document)
     except ValueError as error:
-        raise ValueError(f"{file}: {error}") from None
+        raise ValueError(f"{path}: {error}") from None
 
 
 def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
@@ -102,91 +103,64 @@ def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
 
 
 def _specification(document: Mapping[str, Any]) -> Specification:
-    _check_keys("the file", document, ("program", "grid"), ("accuracy",), noun="table")
+    check_keys("the file", document, ("program", "grid"), ("accuracy", "material"), noun="table")
     for name, table in document.items():
         if not isinstance(table, dict):
             raise ValueError(f"{name} must be a table, [{name}]; got {brief(table)}")
-    _check_keys("[program]", document["program"], ("name",))
-    _check_keys("[grid]", document["grid"], (), PARAMETERS)
+    check_keys("[program]", document["program"], ("name",))
     accuracy = document.get("accuracy", {})
-    _check_keys("[accuracy]", accuracy, (), ("rtol", "method", "formulation", "step"))
+    check_keys("[accuracy]", accuracy, (), ("rtol", "method", "formulation", "step"))
     if "rtol" in accuracy and "step" in accuracy:
         raise ValueError("[accuracy] must have rtol or step; got both")
     for key, value in accuracy.items():
         if key in {"rtol", "step"}:
-            _check_number(f"accuracy.{key}", value)
+            check_number(f"accuracy.{key}", value)
         elif not isinstance(value, str):
             raise ValueError(f"accuracy.{key} must be a string; got {brief(value)}")
-    parameters = {name: _values(name, value) for name, value in document["grid"].items()}
-    return Specification(_program(document["program"]["name"]), parameters, dict(accuracy))
+    program = _program(document["program"]["name"])
+    if "material" not in document:
+        return Specification(program, _parameters(document["grid"]), dict(accuracy))
+    film = _film(document["material"])
+    return Specification(program, _parameters(document["grid"], *film), dict(accuracy), *film)
 
 
 def _program(name: object) -> Program:
     if name not in PROGRAMS or not isinstance(name, str):
-        raise ValueError(f"program.name must be one of {', '.join(PROGRAMS)}; got {_unknown(name, PROGRAMS)}")
+        raise ValueError(f"program.name must be one of {', '.join(PROGRAMS)}; got {unknown(name, PROGRAMS)}")
     return PROGRAMS[name]()
 
 
-def _values(name: str, given: Any) -> Any:
-    """Return a number or a list as given, and a range as its values, whose ends are exact."""
-    key = f"grid.{name}"
-    if isinstance(given, dict):
-        return _range(name, given)
-    if isinstance(given, list):
-        for index, item in enumerate(given):
-            _check_number(f"{key}[{index}]", item)
-        return given
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        raise ValueError(f"{key} must be a number, a list or {{start, stop, num}}; got {brief(given)}")
-    _check_number(key, given)
-    return given
+def _film(table: Any) -> tuple[Material, float]:
+    material = material_of(table, ("thickness",))
+    check_number("material.thickness", table["thickness"])
+    if not table["thickness"] > 0:
+        raise ValueError(f"material.thickness must be above 0, in m; got {table['thickness']}")
+    if material.relative_permittivity is None:
+        raise ValueError("[material] must have the key 'relative_permittivity'; it is missing")
+    return material, float(table["thickness"])
 
 
-def _range(name: str, given: dict[str, Any]) -> npt.NDArray[np.float64]:
-    key = f"grid.{name}"
-    _check_keys(key, given, ("start", "stop", "num"), ("spacing",))
-    for end in ("start", "stop"):
-        _check_number(f"{key}.{end}", given[end])
-    start, stop, num = float(given["start"]), float(given["stop"]), given["num"]
-    spacing = given.get("spacing", "linear")
-    if spacing not in _SPACINGS:
-        raise ValueError(f"{key}.spacing must be one of {', '.join(_SPACINGS)}; got {_unknown(spacing, _SPACINGS)}")
-    if isinstance(num, bool) or not isinstance(num, int) or num < 1:
-        raise ValueError(f"{key}.num must be a whole number of at least 1; got {brief(num)}")
-    if num == 1 and start != stop:
-        raise ValueError(f"{key}.num must be at least 2 for start and stop to differ; got 1")
-    check_values(name, np.array([start, stop]))
-    if spacing == "log" and min(start, stop) <= 0:
-        raise ValueError(f"{key} must have start and stop above 0 for spacing 'log'; got {start} and {stop}")
-    try:
-        return np.geomspace(start, stop, num) if spacing == "log" else np.linspace(start, stop, num)
-    except (MemoryError, OverflowError, ValueError):
-        raise MemoryError(f"{key}.num asks for {num} values: more than there is memory for") from None
+def _parameters(table: Mapping[str, Any], material: Material | None = None, thickness: float = 0.0) -> dict[str, Any]:
+    """Return the parameters of ``[grid]``; with a material, also those in volts, and its modulus ratio."""
+    if material is None:
+        check_keys("[grid]", table, (), PARAMETERS)
+        return {name: _values(name, name, given, 1.0) for name, given in table.items()}
+    of_one = {"voltage": material.critical_field * thickness}
+    of_one["voltage_rate"] = of_one["voltage"] / material.relaxation_time
+    check_keys("[grid]", table, (), (*PARAMETERS, *IN_VOLTS))
+    found = {}
+    for key, given in table.items():
+        name = IN_VOLTS.get(key, key)
+        if name in found:
+            raise ValueError(f"[grid] must have {name} or {key}; got both")
+        found[name] = _values(key, name, given, of_one.get(key, 1.0))
+    return {**found, "modulus_ratio": found.get("modulus_ratio", material.modulus_ratio)}
 
 
-def _check_number(key: str, value: Any) -> None:
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (is_number and abs(value) <= sys.float_info.max):  # also where a whole number is beyond any float
-        raise ValueError(f"{key} must be a finite number; got {brief(value)}")
-
-
-def _check_keys(
-    place: str,
-    table: Mapping[str, Any],
-    required: Iterable[str],
-    optional: Iterable[str] = (),
-    noun: str = "key",
-) -> None:
-    known = [*required, *optional]
-    for key in table:
-        if key not in known:
-            raise ValueError(f"{place} may have the {noun}s {', '.join(known)}; got {_unknown(key, known)}")
-    for key in required:
-        if key not in table:
-            raise ValueError(f"{place} must have the {noun} {key!r}; it is missing")
-
-
-def _unknown(name: object, known: Iterable[str]) -> str:
-    """Return what was given, with the known name that is nearest to it."""
-    (nearest,) = difflib.get_close_matches(str(name), list(known), n=1, cutoff=0.0)
-    return f"{brief(name)}, to which {nearest!r} is nearest"
+def _values(key: str, name: str, given: Any, unit: float) -> Any:
+    """Return the values of a parameter over what is 1, once they are checked."""
+    values = values_of(f"grid.{key}", given)
+    check_values(key, np.asarray(values, dtype=np.float64), BOUNDS[name])
+    if key == name:
+        return values
+    return np.asarray(values, dtype=np.float64) / unit

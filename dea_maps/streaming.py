@@ -18,10 +18,15 @@ from .dataset import CELL_BYTES, make_dataset, provenance_of, reduced
 from .engines import Dask, Pending, Task, Threads, task_of
 from .grid import Grid
 from .map_file import MapFile
+from .material import Material
 from .nomenclature import VARIABLES
 from .parts import Arrays, Parts, locked_parts
+from .si_units import physical
 from .solve import KERNELS, Solution, default_threads, solve
 from .storage import sync
+
+Film = tuple[Material, float]
+"""A material, and the thickness of the undeformed film in m."""
 
 # Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
 # is large enough for the disk.
@@ -54,6 +59,8 @@ class Plan:
         What the maps are stored as.
     chunks, parts : Cut
         Of the grid: within the file, and for computing.
+    film : tuple of Material and float, or None
+        The material and the thickness whose volts and seconds are added.
     """
 
     path: Path
@@ -63,13 +70,29 @@ class Plan:
     dtype: str
     chunks: Cut
     parts: Cut
+    film: Film | None
 
     def hollow(self) -> xr.Dataset:
         """Return the map without its values: views of single numbers."""
         kinds = (np.int8 if name == "outcome" else np.dtype(self.dtype) for name in VARIABLES)
         solution = Solution(*(np.broadcast_to(np.zeros((), kind), self.grid.shape) for kind in kinds))
         whole = make_dataset(self.grid, solution, provenance_of(self.choice))
-        return reduced(whole, list(self.variables), self.dtype)
+        kept = reduced(whole, list(self.variables), self.dtype)
+        if self.film is None:
+            return kept
+        made = physical(kept.drop_vars(self.variables), *self.film)
+        for name, array in physical(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film).data_vars.items():
+            values = np.broadcast_to(np.zeros((), array.dtype), self.grid.shape)
+            made[name] = (self.grid.dims, values, array.attrs)
+            made[name].encoding = array.encoding
+        return made
+
+    def stored(self, arrays: Arrays) -> Arrays:
+        """Return what the file stores of the values of a part: also in SI units, if there is a film."""
+        if self.film is None:
+            return arrays
+        part = physical(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
+        return {str(name): array.values for name, array in part.data_vars.items()}
 
     def task(self, number: int) -> Task:
         """Return a part as something to be computed."""
@@ -92,12 +115,19 @@ class Plan:
 
 
 def make_plan(
-    path: Path, grid: Grid, choice: Choice, variables: tuple[str, ...], dtype: str, memory: int
+    path: Path,
+    grid: Grid,
+    choice: Choice,
+    variables: tuple[str, ...],
+    dtype: str,
+    memory: int,
+    film: Film | None = None,
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
     chunks = cut(grid.shape, CHUNK_CELLS)
-    most = max(1, min(PART_CELLS, memory // (PARTS_IN_MEMORY * CELL_BYTES)))
-    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks))
+    cell_bytes = CELL_BYTES if film is None else 2 * CELL_BYTES
+    most = max(1, min(PART_CELLS, memory // (PARTS_IN_MEMORY * cell_bytes)))
+    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
 
 
 def estimated_seconds(plan: Plan) -> float:
@@ -170,7 +200,7 @@ def _write(
                     (saves or writes).popleft().result()
                 if is_new:
                     saves.append(saver.submit(parts.save, number, arrays))
-                writes.append(disk.submit(file.write, plan.parts.index(number), arrays))
+                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(arrays)))
             for future in (*saves, *writes):
                 future.result()
         finally:

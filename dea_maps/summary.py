@@ -78,18 +78,34 @@ def describe(ds: xr.Dataset) -> str:
         _row("program", ds.attrs["program"]),
         _row("method", f"{ds.attrs['method']}, formulation {ds.attrs['formulation']}, {accuracy}"),
         _row("made with", versions),
+        *_film(ds),
         _row("dimensions", _lengths(first.sizes)),
         _row("cells", f"{first.size:,}"),
         "",
         "parameters, from least to greatest",
-        *(_row(name, _range(ds[name])) for name in PARAMETERS if name in ds.coords),
+        *(_row(name, _range(ds[name])) for name in [*PARAMETERS, *_in_si(ds, coordinates=True)] if name in ds.coords),
     ]
     if "outcome" in ds:
         lines += ["", "outcomes, in cells"]
         lines += [_row(_words(outcome), f"{count:,}") for outcome, count in outcome_counts(ds).items()]
     lines += ["", "variables, from least to greatest"]
-    lines += [_row(name, _range(ds[name])) for name in VARIABLES if name in ds and name != "outcome"]
+    names = [name for name in VARIABLES if name in ds and name != "outcome"]
+    lines += [_row(name, _range(ds[name])) for name in [*names, *_in_si(ds, coordinates=False)]]
     return "\n".join(lines)
+
+
+def _film(ds: xr.Dataset) -> list[str]:
+    """Return the line on the film of a map in volts and seconds."""
+    if "thickness_in_m" not in ds.attrs:
+        return []
+    name = ds.attrs["material"] or "a material without a name"
+    return [_row("film", f"{name}, {1e6 * ds.attrs['thickness_in_m']:.6g} um thick")]
+
+
+def _in_si(ds: xr.Dataset, coordinates: bool) -> list[str]:
+    """Return the names of what a map holds in SI units."""
+    among = ds.coords if coordinates else ds.data_vars
+    return [str(name) for name, array in among.items() if array.attrs.get("units", "1") != "1"]
 
 
 def describe_plan(plan: Plan) -> str:
@@ -108,8 +124,8 @@ def describe_plan(plan: Plan) -> str:
     cells                      2
     """
     grid, choice = plan.grid, plan.choice
-    widths = [1 if name == "outcome" else np.dtype(plan.dtype).itemsize for name in plan.variables]
-    size = grid.cells * sum(widths)
+    hollow = plan.hollow()
+    size = grid.cells * sum(array.dtype.itemsize for array in hollow.data_vars.values())
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     return "\n".join(
         [
@@ -118,6 +134,7 @@ def describe_plan(plan: Plan) -> str:
             _row("cells", f"{grid.cells:,}"),
             _row("bytes", f"{size:,} ({size / 2**20:,.1f} MiB; fewer in the file, which is compressed)"),
             _row("parts", f"{plan.parts.count:,}"),
+            *_film(hollow),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
             _row("estimated time", f"{estimated_seconds(plan):.2g} s on this machine"),
         ]
@@ -129,11 +146,13 @@ def _lengths(sizes: Mapping[Hashable, int]) -> str:
 
 
 def _range(array: xr.DataArray) -> str:
+    units = array.attrs.get("units", "1")
+    unit = "" if units == "1" else f" {units}"
     ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
     if not ends:
         return "no value in any cell"
     least, greatest = min(low for low, _ in ends), max(high for _, high in ends)
-    return f"{least:.6g}" if least == greatest else f"{least:.6g} to {greatest:.6g}"
+    return (f"{least:.6g}" if least == greatest else f"{least:.6g} to {greatest:.6g}") + unit
 
 
 def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:

@@ -62,8 +62,7 @@ def trajectory(
     ds = sweep(program, modulus_ratio=modulus_ratio, field=field, rate=rate, rtol=rtol)
     order = np.argsort(times.values, kind="stable")
     stretch, internal = (np.empty((*grid.shape, times.size)) for _ in range(2))
-    lifetimes = np.nan_to_num(ds.time_to_failure.values, nan=0.0)
-    stretch[..., order], internal[..., order] = trace(program, grid.parameters, times.values[order], lifetimes, rtol)
+    stretch[..., order], internal[..., order] = trace(program, grid.parameters, times.values[order], rtol)
     ratio = grid.parameters["modulus_ratio"][..., np.newaxis]
     applied = applied_field(program, grid.parameters, times.values)
     after = times.values > ds.time_to_failure.values[..., np.newaxis]

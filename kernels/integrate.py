@@ -45,8 +45,8 @@ def make_begin(program: Program, formulation: Formulation) -> Callable[..., Any]
 
     @device
     def first_step(w, i):
-        # 1 % of what carries a state across itself, and the field across its scale.
-        fastest = abs(w[SLOPE, i] * w[SLOPES + TIME, i])
+        # 1 % of what carries a state across itself, and the field across its scale; at rest, some length.
+        fastest = max(abs(w[SLOPE, i] * w[SLOPES + TIME, i]), 1e-12)
         for state in range(TIME + 1, STATES):
             fastest = max(fastest, abs(w[SLOPES + state, i] / w[STATE + state, i]))
         return 0.01 / fastest

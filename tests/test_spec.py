@@ -74,7 +74,7 @@ def test_one_value_needs_no_range(read):
         (
             "[grid]",
             "[gird]",
-            "the file may have the tables program, grid, accuracy; got 'gird', to which 'grid' is near",
+            "the file may have the tables program, grid, accuracy, material; got 'gird', to which 'grid' is near",
         ),
         ("[accuracy]", "[acuracy]", "got 'acuracy', to which 'accuracy' is nearest"),
         (

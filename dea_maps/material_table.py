@@ -1,0 +1,125 @@
+"""Materials in TOML: the table ``[material]`` of a specification, or of a file of its own."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .material import VHB, Material
+from .storage import PathLike
+from .tables import check_keys, check_number, read_toml, unknown
+
+PRESETS = {"VHB": VHB}
+"""Materials that a table may name instead of giving all numbers."""
+
+_NUMBERS = ("unrelaxed_modulus", "relaxed_modulus", "relaxation_time")
+_OPTIONAL = ("relative_permittivity", "breakdown_strength", "name", "source")
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """A breakdown strength that grows with the stretch: ``at_rest * stretch**exponent``.
+
+    Attributes
+    ----------
+    at_rest : float
+        In V/m, of the undeformed film.
+    exponent : float
+    """
+
+    at_rest: float
+    exponent: float
+
+    def __call__(self, stretch: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Return the strength at a stretch, in V/m."""
+        return np.asarray(self.at_rest * np.asarray(stretch) ** self.exponent)
+
+
+def read_material(path: PathLike) -> Material:
+    r"""Read a material from a TOML file.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A file with the table ``[material]``: either ``preset``, the name of a known material, of which the other keys
+        change what they name, or ``unrelaxed_modulus`` and ``relaxed_modulus`` (Pa) and ``relaxation_time`` (s); also
+        ``relative_permittivity``, ``breakdown_strength`` (V/m; a number, or ``{at_rest, exponent}`` for one that grows
+        with the stretch), ``name`` and ``source``.
+
+    Returns
+    -------
+    Material
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        If it is not TOML, or if a key or value is missing, unknown or not allowed; with the name of the file.
+
+    Examples
+    --------
+    >>> import tempfile, os
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "film.toml")
+    ...     with open(path, "w") as file:
+    ...         _ = file.write('[material]\npreset = "VHB"\nrelaxation_time = 150.0')
+    ...     read_material(path).relaxation_time
+    150.0
+    """
+    document = read_toml(path)
+    try:
+        check_keys("the file", document, ("material",), noun="table")
+        return material_of(document["material"])
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def material_of(table: Any, others: tuple[str, ...] = ()) -> Material:
+    """Return the material of a table ``[material]``, see `read_material`.
+
+    Parameters
+    ----------
+    table : Any
+        What the document has there.
+    others : tuple of str
+        Keys that the table must have beside those of the material.
+
+    Raises
+    ------
+    ValueError
+        If something is missing, unknown or not allowed.
+
+    Examples
+    --------
+    >>> material_of({"preset": "VHB"}) == VHB
+    True
+    """
+    if not isinstance(table, dict):
+        raise ValueError("material must be a table, [material]")
+    if "preset" in table:
+        check_keys("[material]", table, ("preset", *others), (*_NUMBERS, *_OPTIONAL))
+        if table["preset"] not in PRESETS:
+            raise ValueError(
+                f"material.preset must be one of {', '.join(PRESETS)}; got {unknown(table['preset'], PRESETS)}"
+            )
+    else:
+        check_keys("[material]", table, (*_NUMBERS, *others), ("preset", *_OPTIONAL))
+    given = {key: _value(key, value) for key, value in table.items() if key not in {"preset", *others}}
+    try:
+        return replace(PRESETS[table["preset"]], **given) if "preset" in table else Material(**given)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"material.{error}") from None
+
+
+def _value(key: str, value: Any) -> Any:
+    if key == "breakdown_strength" and isinstance(value, Mapping):
+        check_keys(f"material.{key}", value, ("at_rest", "exponent"))
+        for name, number in value.items():
+            check_number(f"material.{key}.{name}", number)
+        return PowerLaw(float(value["at_rest"]), float(value["exponent"]))
+    if key not in {"name", "source"}:
+        check_number(f"material.{key}", value)
+    return value
