@@ -100,6 +100,53 @@ def test_plot_draws(made, capsys):
     assert (made / "chart.png").read_bytes().startswith(b"\x89PNG")
 
 
+FILM = """
+[material]
+preset = "VHB"
+thickness = 50e-6
+"""
+
+
+def test_a_film_in_the_specification_adds_volts_and_seconds(folder, capsys):
+    (folder / "spec.toml").write_text(SPEC + FILM)
+    assert main(["sweep", "spec.toml", "-o", "map.nc", "--dry-run"]) == 0
+    assert "film                       VHB, 50 um thick" in capsys.readouterr().out
+    assert main(["sweep", "spec.toml", "-o", "map.nc", "--quiet"]) == 0
+    ds = dm.sweep(dm.Step(), field=[0.9, 1.2, 1.5, 2.5], modulus_ratio=[2, 3, 4], rtol=1e-5)
+    xr.testing.assert_identical(xr.load_dataset("map.nc"), dm.physical(ds, dm.VHB, 50e-6))
+    assert main(["info", "map.nc"]) == 0
+    out = capsys.readouterr().out
+    assert "seconds_to_failure         0 to " in out
+    assert " V s-1" not in out
+    assert " V\n" in out
+
+
+@pytest.mark.parametrize("chart", ["phase_diagram", "failure_curves", "stretch_chart"])
+def test_plot_draws_the_chart_that_is_asked_for(made, capsys, chart):
+    assert main(["plot", "map.nc", "-o", f"{chart}.svg", "--chart", chart, "--size", "slide"]) == 0
+    assert (made / f"{chart}.svg").read_text().startswith("<?xml")
+
+
+def test_design_prints_a_table_and_draws_it(folder, capsys):
+    (folder / "design.toml").write_text(
+        FILM.replace("50e-6", "[50e-6, 100e-6]") + "[design]\nholding_time = [1, 3600, inf]"
+    )
+    assert main(["design", "design.toml", "-o", "design.pdf"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split("  ")[0] == "film"
+    assert [line[:12].strip() for line in lines[1:]] == ["VHB, 50 um"] * 3 + ["VHB, 100 um"] * 3
+    assert [word in line for word, line in zip(("1 s", "1 h", "for good"), lines[1:4], strict=True)] == [True] * 3
+    assert lines[1].endswith("instability")
+    assert (folder / "design.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_explore_makes_a_page(made, capsys):
+    pytest.importorskip("bokeh")
+    assert main(["explore", "map.nc", "-o", "page.html"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert (made / "page.html").read_text().lstrip().startswith("<!DOCTYPE html>")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -124,6 +171,11 @@ def test_plot_draws(made, capsys):
             "a chart must be a file ending in .png, .svg, .pdf; got chart.gif",
         ),
         (["plot", "point.nc", "-o", "chart.png"], "a chart needs two cells or more; got 1"),
+        (["plot", "point.nc", "-o", "chart.png", "--chart", "pie"], "invalid choice: 'pie'"),
+        (["explore", "point.nc", "-o", "page.pdf"], "a page must be a file ending in .html; got page.pdf"),
+        (["explore", "absent.nc", "-o", "page.html"], "there is no file absent.nc"),
+        (["design", "spec.toml"], "spec.toml: the file may have the tables material, design; got 'program'"),
+        (["design", "spec.toml", "-o", "chart.gif"], "a chart must be a file ending in .png, .svg, .pdf; got"),
     ],
 )
 def test_bad_input_ends_with_2_and_one_line(folder, capsys, arguments, words):

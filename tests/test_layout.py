@@ -14,7 +14,7 @@ OUTER, INNER = ROOT / "dea_maps", ROOT / "kernels"
 PYTHON = sorted(
     path for folder in ("dea_maps", "kernels", "tests", "studies") for path in (ROOT / folder).rglob("*.py")
 )
-HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib", "tqdm")
+HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib", "tqdm", "bokeh")
 
 
 def imported(path, package):

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import dea_maps as dm
@@ -29,6 +30,34 @@ def test_is_frozen_and_equal_by_value():
         material.relaxed_modulus = 3.0
 
 
+def test_a_material_from_a_file(tmp_path):
+    path = tmp_path / "film.toml"
+    path.write_text(
+        "[material]\nunrelaxed_modulus = 2e5\nrelaxed_modulus = 1e5\nrelaxation_time = 10\nrelative_permittivity = 3\n"
+        'name = "silicone"\nsource = "a data sheet"\nbreakdown_strength = { at_rest = 3e7, exponent = 1.13 }'
+    )
+    material = dm.read_material(path)
+    assert (material.name, material.source, material.modulus_ratio) == ("silicone", "a data sheet", 2.0)
+    expected = [3e7 / material.critical_field, 3e7 * 1.5**1.13 / material.critical_field]
+    assert material.strength(np.array([1.0, 1.5])) == pytest.approx(expected)
+    path.write_text('[material]\npreset = "VHB"\nbreakdown_strength = 2.5e7')
+    changed = dm.read_material(path)
+    assert changed == dataclasses.replace(dm.VHB, breakdown_strength=2.5e7)
+    assert changed.strength(np.array([1.0, 1.5])) == pytest.approx([2.5e7 / changed.critical_field] * 2)
+
+
+def test_what_is_wrong_with_a_file_is_said(tmp_path):
+    path = tmp_path / "film.toml"
+    path.write_text('[material]\npreset = "VHB"\nthickness = 1e-4')
+    with pytest.raises(ValueError, match=r"film.toml: \[material\] may have the keys preset, .*; got 'thickness'"):
+        dm.read_material(path)
+    path.write_text("[materials]")
+    with pytest.raises(ValueError, match="the file may have the tables material; got 'materials'"):
+        dm.read_material(path)
+    with pytest.raises(FileNotFoundError, match="cannot read"):
+        dm.read_material(tmp_path / "absent.toml")
+
+
 @pytest.mark.parametrize(
     ("changes", "error", "words"),
     [
@@ -41,6 +70,8 @@ def test_is_frozen_and_equal_by_value():
         ({"relaxation_time": float("nan")}, ValueError, "relaxation_time must be finite and above 0; got nan"),
         ({"relaxation_time": "soon"}, TypeError, "relaxation_time must be a real number; got 'soon'"),
         ({"relative_permittivity": 0.5}, ValueError, "relative_permittivity must be None, or finite and at least 1"),
+        ({"breakdown_strength": 0.0}, ValueError, "breakdown_strength must be None, a function, or finite and above 0"),
+        ({"breakdown_strength": "high"}, TypeError, "breakdown_strength must be a real number; got 'high'"),
         ({"name": 3}, TypeError, "name must be a string; got 3"),
     ],
 )

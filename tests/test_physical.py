@@ -7,6 +7,10 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
+from dea_maps import streaming
+from dea_maps.dataset import reduced
+from dea_maps.nomenclature import VARIABLES
+from dea_maps.summary import describe
 
 THICKNESS = 50e-6
 # Ec = sqrt(0.75 * 4**(-1/3) * mu_R/eps), from the numbers of the material, not from the package
@@ -43,6 +47,46 @@ def test_a_trajectory_gets_them_too():
     np.testing.assert_allclose(film.seconds, [0, 100, 200])
     np.testing.assert_allclose(film.applied_voltage, ds.applied_field * EC * 50e-6, rtol=1e-14)
     np.testing.assert_allclose(film.true_field, ds.applied_field * EC * ds.stretch**2, rtol=1e-14)
+
+
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_a_file_in_volts_is_that_of_a_map_in_volts(tmp_path, dtype):
+    given = {"field": np.linspace(0.8, 2.2, 15), "rate": [0.1, 10.0], "modulus_ratio": 3.85}
+    dm.sweep_to_netcdf(tmp_path / "a.nc", dm.RampHold(), **given, dtype=dtype, material=dm.VHB, thickness=THICKNESS)
+    whole = reduced(dm.sweep(dm.RampHold(), **given), list(VARIABLES), dtype)
+    dm.physical(whole, dm.VHB, THICKNESS).to_netcdf(tmp_path / "b.nc")
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "a.nc"), xr.load_dataset(tmp_path / "b.nc"))
+    with dm.open(tmp_path / "a.nc") as ds:
+        assert ds.seconds_to_failure.dtype == dtype
+        assert "film                       VHB, 50 um thick" in describe(ds)
+
+
+def test_a_file_in_volts_goes_on_from_parts_without(tmp_path, monkeypatch):
+    given = {"field": np.linspace(0.8, 2.2, 40), "modulus_ratio": np.linspace(2, 5, 50), "memory": 2**24}
+    monkeypatch.setattr(streaming, "PART_CELLS", 500)
+    monkeypatch.setattr(streaming, "CHUNK_CELLS", 100)
+    monkeypatch.setattr(streaming.MapFile, "close", lambda self: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        dm.sweep_to_netcdf(tmp_path / "a.nc", dm.Step(), **given)
+    monkeypatch.undo()
+    monkeypatch.setattr(streaming, "PART_CELLS", 500)
+    monkeypatch.setattr(streaming, "CHUNK_CELLS", 100)
+    monkeypatch.setattr("dea_maps.engines.solve", None)  # all parts are there
+    dm.sweep_to_netcdf(tmp_path / "a.nc", dm.Step(), **given, material=dm.VHB, thickness=THICKNESS)
+    assert "seconds_to_failure" in xr.load_dataset(tmp_path / "a.nc")
+
+
+@pytest.mark.parametrize(
+    ("film", "error", "message"),
+    [
+        ({"material": dm.VHB}, TypeError, "material and thickness must be given together; got no thickness"),
+        ({"thickness": 1e-4}, TypeError, "material and thickness must be given together; got no material"),
+        ({"material": dm.VHB, "thickness": -1e-4}, ValueError, "thickness must be finite and above 0, in m; got -0.0001"),
+    ],
+)
+def test_half_a_film_is_refused(tmp_path, film, error, message):
+    with pytest.raises(error, match=message):
+        dm.sweep_to_netcdf(tmp_path / "a.nc", dm.Step(), field=1.2, modulus_ratio=4.0, **film)
 
 
 @pytest.mark.parametrize(

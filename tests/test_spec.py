@@ -146,6 +146,71 @@ def test_what_is_wrong_is_said_in_one_line(read, old, new, message):
     assert "\n" not in str(caught.value)
 
 
+IN_VOLTS = """
+[program]
+name = "ramp_hold"
+[grid]
+voltage = { start = 1000, stop = 3000, num = 5 }
+voltage_rate = [1.0, 100.0]
+[material]
+preset = "VHB"
+thickness = 100e-6
+"""
+
+
+def test_a_film_in_volts(read):
+    spec = read(IN_VOLTS)
+    assert (spec.material, spec.thickness) == (dm.VHB, 100e-6)
+    assert list(spec.parameters) == ["field", "rate", "modulus_ratio"]
+    one = dm.VHB.critical_field * 100e-6
+    np.testing.assert_allclose(spec.parameters["field"], np.linspace(1000, 3000, 5) / one, rtol=1e-15)
+    np.testing.assert_allclose(spec.parameters["rate"], np.array([1.0, 100.0]) * 200.0 / one, rtol=1e-15)
+    assert spec.parameters["modulus_ratio"] == dm.VHB.modulus_ratio
+
+
+def test_a_film_in_ratios(read):
+    spec = read(GOOD + "[material]\npreset = 'VHB'\nthickness = 1e-4\nrelaxation_time = 100")
+    assert spec.parameters["modulus_ratio"] == [2.0, 3.85, 10]
+    assert spec.material.relaxation_time == 100.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("thickness = 100e-6", "", r"\[material\] must have the key 'thickness'; it is missing"),
+        ("thickness = 100e-6", "thickness = 0", "material.thickness must be above 0, in m; got 0"),
+        ("thickness = 100e-6", "thickness = [1e-4]", r"material.thickness must be a finite number; got \[0.0001\]"),
+        ('"VHB"', '"VBH"', "material.preset must be one of VHB; got 'VBH', to which 'VHB' is nearest"),
+        ("preset", "presett", "may have the keys .*; got 'presett', to which 'preset' is nearest"),
+        ('preset = "VHB"', "relaxed_modulus = 1e4", r"\[material\] must have the key 'unrelaxed_modulus'"),
+        ('preset = "VHB"', 'preset = "VHB"\nrelaxed_modulus = 1e9', "material.unrelaxed_modulus must be at least"),
+        ('preset = "VHB"', 'preset = "VHB"\nbreakdown_strength = "high"', "breakdown_strength must be a finite number"),
+        (
+            'preset = "VHB"',
+            'preset = "VHB"\nbreakdown_strength = { at_rest = 3e7 }',
+            "material.breakdown_strength must have the key 'exponent'; it is missing",
+        ),
+        (
+            'preset = "VHB"',
+            "unrelaxed_modulus = 2e4\nrelaxed_modulus = 1e4\nrelaxation_time = 1",
+            "must have the key 'relative_permittivity'; it is missing",
+        ),
+        ("voltage_rate", "field = 1\nvoltage_rate", r"\[grid\] must have field or .*; got both"),
+        ("start = 1000", "start = -1000", "voltage must be finite and at least 0; got -1000.0"),
+        ("[1.0, 100.0]", "0", "voltage_rate must be finite and above 0; got 0.0"),
+    ],
+)
+def test_what_is_wrong_with_a_film_is_said(read, old, new, message):
+    assert IN_VOLTS.count(old) == 1 or old == "voltage_rate"
+    with pytest.raises(ValueError, match=message):
+        read(IN_VOLTS.replace(old, new))
+
+
+def test_volts_need_a_film(read):
+    with pytest.raises(ValueError, match="may have the keys field, rate, modulus_ratio; got 'voltage', to which"):
+        read(IN_VOLTS.split("[material]")[0])
+
+
 def test_a_range_beyond_memory_is_refused(read):
     with pytest.raises(MemoryError, match=r"grid\.field\.num asks for 1000000000000000000 values"):
         read(GOOD.replace("num = 100", "num = 1_000_000_000_000_000_000"))
