@@ -8,7 +8,7 @@ import xarray as xr
 
 from .explore_cells import POINTS, Cells, Floats
 from .nomenclature import PARAMETERS
-from .solve import FAILS_LATER, SURVIVES, trace
+from .solve import FAILS_LATER, SURVIVES, relaxation_rate, trace
 from .sweeping import sweep
 
 RTOL = 1e-4
@@ -71,7 +71,8 @@ def curves_of(cells: Cells) -> Curves:
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
     lifetime = np.where(outcome == FAILS_LATER, ds["time_to_failure"].values.ravel().astype(float), 0.0)
     corner = values["field"] / values["rate"] if {"field", "rate"} <= values.keys() else np.zeros(outcome.size)
-    relaxed = corner + np.minimum(_LONGEST, -np.log(_LAST) / _relaxation_rate(found["final_stretch"], values))
+    rate = np.maximum(relaxation_rate(found["final_stretch"], values["modulus_ratio"]), 1e-9)
+    relaxed = corner + np.minimum(_LONGEST, -np.log(_LAST) / rate)
     span = np.where(outcome == SURVIVES, relaxed, lifetime)
     span[~_affordable(span)] = 0.0
     times = _times(span, corner)
@@ -105,17 +106,6 @@ def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.Dat
         ds = ds.merge(again[["critical_stretch", "final_stretch"]], compat="override")
     dims = cells.ds["outcome"].dims
     return {name: ds[name].transpose(*dims) for name in ("critical_stretch", "final_stretch")}
-
-
-def _relaxation_rate(stretch: Floats, values: dict[str, Floats]) -> Floats:
-    """Return how fast a film under a constant field nears its final stretch, per relaxation time.
-
-    The flow (26) made linear about the final stretch, where ``lambda = xi``, with (23) for the change of ``lambda``
-    with ``xi``; NaN where the film does not survive.
-    """
-    excess = values["modulus_ratio"] - 1.0
-    relaxed = 8.0 * stretch**-9 - 2.0 * stretch**-3
-    return np.maximum(6.0 * stretch**-2 * relaxed / (relaxed + 6.0 * excess * stretch**-5), 1e-9)
 
 
 def _affordable(span: Floats) -> npt.NDArray[np.bool_]:

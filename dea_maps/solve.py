@@ -152,19 +152,25 @@ def trace(
     return stretch.reshape(shape), internal.reshape(shape)
 
 
+def relaxation_rate(
+    final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How fast films that survive near their final stretch, per relaxation time; NaN for others.
+
+    The flow (26) under a held field, made linear about its end, where the dashpot has the stretch of the film.
+    """
+    u = final_stretch**-2
+    stiffness = np.maximum(4.0 * u**3 - 1.0, 0.0)  # none at the relaxed critical field
+    return np.asarray(6.0 * u * stiffness / np.maximum(stiffness + 3.0 * (modulus_ratio - 1.0) * u, 1e-300))
+
+
 def _relaxed_by(
     parameters: Mapping[str, NDArray[np.float64]], final_stretch: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return when films that survive have come to rest: an explicit method would step on for ever. Infinity for others.
-
-    From the rate at which (26) relaxes about its end at a held field, where the dashpot has the stretch of the film.
-    """
-    survives = ~np.isnan(final_stretch)
-    u = np.where(survives, final_stretch, 1.0) ** -2
-    stiffness = 4.0 * u**3 - 1.0
-    rate = 6.0 * u * stiffness / (stiffness + 3.0 * (parameters["modulus_ratio"] - 1.0) * u)
+    """When films that survive have come to rest: an explicit method would step on for ever. Infinity for others."""
+    rate = relaxation_rate(final_stretch, parameters["modulus_ratio"])
     rising = parameters.get("field", 0.0) / parameters.get("rate", np.inf)
-    comes_to_rest = survives & (rate > 0.0)  # at the relaxed critical field it never does
+    comes_to_rest = rate > 0.0
     return np.where(comes_to_rest, rising + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
 
 

@@ -146,3 +146,17 @@ def test_a_film_lingers_as_long_as_it_does(field, m, rtol):
     ds = dm.trajectory(dm.Step(), time=times, field=field, modulus_ratio=m, rtol=rtol)
     allowed = rtol + 1e-13 * np.array(times)  # what rounding of the time before leaves
     assert (abs(ds.stretch / stretches - 1) <= allowed).all()
+
+
+@pytest.mark.parametrize("ratio", [1.0, 4.0, 300.0])
+@pytest.mark.parametrize("field", [0.0, 0.3, 0.999999])
+def test_a_film_that_survives_comes_to_rest(field, ratio):
+    ds = dm.trajectory(dm.Step(), time=[1e3, 1e12], field=field, modulus_ratio=ratio, rtol=1e-10)
+    assert ds.stretch.values[1] == pytest.approx(ds.final_stretch.item(), rel=1e-10)
+    assert ds.internal_stretch.values[1] == pytest.approx(ds.final_stretch.item(), rel=1e-10)
+
+
+def test_a_ramp_that_holds_comes_to_rest_after_its_end():
+    ds = dm.trajectory(dm.RampHold(), time=[50.0, 1e4, 1e9], field=0.8, rate=1e-3, modulus_ratio=5.0, rtol=1e-9)
+    assert ds.stretch.values[0] < 1.01
+    assert ds.stretch.values[1:] == pytest.approx(ds.final_stretch.item(), rel=1e-9)
