@@ -81,6 +81,16 @@ def damping_for(rtol):
 
 
 @device
+def _shortest_life(field, p):
+    """Return a time that any film lives which fails under a held field; below 0 where it may fail on its ramp.
+
+    r = xi**2 must grow from 1 until the film carries the field no more, (25). The logarithm of what it carries is convex
+    in r and falls at 2 p/m first; dr/dT is at most 2 (s - 1/s**2) at s = 2**(2/3), which is 2.382, (26).
+    """
+    return ((1.0 + p) - field * field) / (2.0 * 2.382 * p)
+
+
+@device
 def prepare(w, i, rtol, share, damping):
     """Complete what a lane is given, P, RATE and FIELD, by what it takes to climb with results good to ``rtol``.
 
@@ -92,9 +102,11 @@ def prepare(w, i, rtol, share, damping):
     end = CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
     w[SPEED, i] = speed
     w[TARGET, i] = end
-    # An error of xi**2 at the corner delays the failure by about half of it, in a life that is longer than the ramp;
-    # below a few units of rounding there is nothing to gain.
-    w[SCALE, i] = 0.5 * field / rate + 3e-15 / rtol
+    # An error of xi**2 at the corner delays the failure by about half of it, in a life that is longer than the ramp, or
+    # by itself over dr/dT, which is at least 2 e/m there, in one longer than `_shortest_life`; below a few units of
+    # rounding there is nothing to gain.
+    longer = 2.0 * CRITICAL_LOAD * field * field / (1.0 + p) * _shortest_life(field, p)
+    w[SCALE, i] = max(0.5 * field / rate, longer) + 3e-15 / rtol
     w[TIGHTNESS, i] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)) / (share * rtol)
     # What the film is to forget need not be resolved: neither the start of a slow ramp, nor y to better than it
     # counts where the film stops forgetting.

@@ -83,8 +83,8 @@ def _without_end(field, modulus_ratio):
 
 @device
 def _up_to_hold(field, modulus_ratio):
-    # An elastic film never gets past the field at which it fails, so no hold ends its climb.
-    return field if modulus_ratio > 1.0 else math.inf
+    # No film gets past the field at which it fails at once, so no hold beyond ends its climb.
+    return field if field * field < modulus_ratio else math.inf
 
 
 def make_solve_ramp(method: AreaMethod, lanes: int) -> Callable[..., Any]:
