@@ -93,6 +93,7 @@ def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> Floats:
         move_edge(edges, x, survived)
         for limit in at_once:
             edges[np.searchsorted(x, limit)] = np.clip(limit, x[0], x[-1])
+    ax.set_ylim(ax.get_ylim())  # in some releases of Matplotlib, the shades would widen it
     ends = np.repeat(edges, 2)[1:-1]
     for region, looks in LOOKS.items():
         quiet = {**looks, "edgecolor": looks["edgecolor"] if "hatch" in looks else "none"}
@@ -120,7 +121,6 @@ def head_over_regions(
         For the legend.
     """
     add_heading(ax, title, handles)
-    ax.set_ylim(ax.get_ylim())
     curves = list(ax.lines)
     names, unnamed = name_regions(ax, *_beside(ax, curves, edges, regions))
     if unnamed:

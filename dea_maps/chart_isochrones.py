@@ -50,13 +50,16 @@ def draw_isolines(
     lines = [line for line in lines if known.size and known.min() < line[0] < known.max()]
     if not lines:
         return
-    levels = [level for level, _ in lines]
     width, size = line_width(ax, 0.9), 0.85 * text_size(ax)
-    contours = ax.contour(x, y, values, levels=levels, colors="black", linestyles="solid", linewidths=width)
-    # At a border, where values change much from cell to cell, there are scraps of lines that only look like dirt.
-    paths = [_long_pieces(ax, path) for path in contours.get_paths()]
-    contours.set_paths([Path.make_compound_path(*map(Path, pieces)) for pieces in paths])
-    for number, (level, words) in enumerate(lines):
+    look: dict[str, Any] = {"colors": "black", "linestyles": "solid", "linewidths": width}
+    # One set for each line: among several, releases of Matplotlib differ in how a label finds its own.
+    contours = [ax.contour(x, y, values, levels=[level], **look) for level, _ in lines]
+    paths = []
+    for contour in contours:
+        # At a border, where values change much from cell to cell, there are scraps of lines that only look like dirt.
+        paths.append(_long_pieces(ax, contour.get_paths()[0]))
+        contour.set_paths([Path.make_compound_path(*map(Path, paths[-1]))])
+    for number, (contour, (_, words)) in enumerate(zip(contours, lines, strict=True)):
         trial = ax.text(x[0], y[0], words, fontsize=size)
         box = trial.get_window_extent()
         trial.remove()
@@ -64,7 +67,7 @@ def draw_isolines(
         others = ax.transData.transform(np.concatenate([*pieces, borders]))
         place = place_on_line(ax, paths[number], (box.width, box.height), taken, others)
         if place is not None:
-            label = ax.clabel(contours, [level], manual=[place], fmt=words, fontsize=size)[-1]
+            label = ax.clabel(contour, manual=[place], fmt=words, fontsize=size)[-1]
             label.set_path_effects([withStroke(linewidth=0.25 * size, foreground="white")])
             taken.append(label.get_window_extent())
 

@@ -230,9 +230,7 @@ def figure_of(ax: Axes) -> Figure:
     ax : Axes
         On a figure.
     """
-    figure = ax.get_figure(root=True)
-    assert isinstance(figure, Figure)
-    return figure
+    return ax.figure.canvas.figure
 
 
 def _height_of_ticks(ax: Axes) -> float:
