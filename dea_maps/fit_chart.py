@@ -1,11 +1,12 @@
 """Chart of a fit: measured and fitted stress against stretch, a curve for each stretch rate."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-from .chart_layout import figure_of, new_axes
+from .chart_layout import add_heading, figure_of, new_axes
 from .uniaxial import uniaxial_stress
 
 if TYPE_CHECKING:
@@ -44,23 +45,25 @@ def draw_fit(fit: "UniaxialFit") -> Figure:
     curves = material.relaxed_modulus * uniaxial_stress(
         stretch, rates * material.relaxation_time, material.modulus_ratio
     )
+    handles: list[Artist] = []
     for index, (rate, curve) in enumerate(zip(rates, curves, strict=True)):
         colour, marker = _STYLES[index % len(_STYLES)]
         measured = fit.curves["stretch_rate"].values == rate
         reach = stretch <= fit.curves["stretch"].values[measured].max()
         ax.plot(stretch[reach], curve[reach] / 1e3, color=colour, lw=1.4)
         points = fit.curves.isel(point=measured)
-        label = f"{rate:.3g} per s"
-        ax.plot(points["stretch"], points["nominal_stress"] / 1e3, marker, ms=4, mfc="white", color=colour, label=label)
+        look: dict[str, Any] = {"ms": 4, "mfc": "white", "color": colour, "label": f"{rate:.3g}"}
+        handles += ax.plot(points["stretch"], points["nominal_stress"] / 1e3, marker, **look)
     ax.set(xlabel=r"stretch $\lambda_1$", ylabel="nominal stress (kPa)")
     ax.grid(color="0.9", lw=0.5)
     ax.set_axisbelow(True)
-    ax.legend(title="stretch rate", frameon=False, fontsize=9, loc="upper left")
     doubtful = [name.replace("_", " ") for name, known in fit.determined.items() if not known]
-    title = (
-        rf"points: measured, lines: fit with $\mu_U$ = {material.unrelaxed_modulus / 1e3:.4g} kPa, "
-        rf"$\mu_R$ = {material.relaxed_modulus / 1e3:.4g} kPa, $\tau$ = {material.relaxation_time:.4g} s"
-    )
-    ax.set_title("\n".join([title, *([f"not determined: {', '.join(doubtful)}"] if doubtful else [])]), loc="left",
-                 fontsize=8)  # fmt: skip
+    title = [
+        "points: measured",
+        rf"lines: fit with $\mu_U$ = {material.unrelaxed_modulus / 1e3:.4g} kPa",
+        rf"$\mu_R$ = {material.relaxed_modulus / 1e3:.4g} kPa",
+        rf"$\tau$ = {material.relaxation_time:.4g} s",
+        *([f"not determined: {', '.join(doubtful)}"] if doubtful else []),
+    ]
+    add_heading(ax, title, handles, "stretch rate (per s)")
     return figure_of(ax)
