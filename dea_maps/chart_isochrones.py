@@ -74,6 +74,7 @@ def draw_isolines(
 
 def _long_pieces(ax: Axes, path: Path) -> list[Floats]:
     """Return the pieces of a line that are longer than a word is."""
+    path.should_simplify = False  # it would be as if the data were pixels
     pieces = [np.asarray(piece) for piece in path.to_polygons(closed_only=False)]
     lengths = [np.hypot(*np.diff(ax.transData.transform(piece), axis=0).T).sum() for piece in pieces]
     least = 2.0 * text_size(ax) * figure_of(ax).dpi / 72.0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_rgb
+from matplotlib.contour import ContourSet
 
 import dea_maps as dm
 from dea_maps import charts
@@ -68,6 +69,20 @@ def test_boundaries_are_those_of_the_theory(step, thickness):
     survived, at_once = charts.phase_diagram(coarse).lines
     np.testing.assert_allclose(survived.get_xdata(), unit, rtol=1e-12)
     np.testing.assert_allclose(at_once.get_xdata() / unit, np.sqrt(at_once.get_ydata()), rtol=1e-12)
+
+
+def test_isochrones_go_through_their_times():
+    fields, rates = np.linspace(0.8, 2.2, 100), np.geomspace(1e-3, 1e3, 100)
+    ds = dm.sweep(dm.RampHold(), field=fields, rate=rates, modulus_ratio=6.0)
+    logs = np.log10(ds.time_to_failure)
+    lines = [artist for artist in charts.phase_diagram(ds).collections if isinstance(artist, ContourSet)]
+    assert [float(line.levels[0]) for line in lines] == [-1.0, 0.0, 1.0, 2.0, 3.0]
+    for line in lines:
+        points = line.get_paths()[0].vertices
+        middles = 0.5 * (points[1:] + points[:-1])
+        field, rate = (xr.DataArray(column, dims="point") for column in middles.T)
+        found = logs.interp(field=field, rate=rate)
+        assert (np.abs(found.dropna("point").values - line.levels[0]) < 0.1).all()
 
 
 def test_the_theory_says_what_sweeps_find():
