@@ -3,12 +3,16 @@
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import dea_maps as dm
 from dea_maps.catalogue import choose
+from dea_maps.designing import read_design, time_in_words
+from dea_maps.material_table import material_of
 
 STUDIES = Path(__file__).parents[1] / "studies"
 RUNS = sorted(STUDIES.glob("*/run.py"))
@@ -48,3 +52,19 @@ def test_auto_picks_by_the_rule_that_follows_from_the_studies(rtol):
     for program, pick in rule.items():
         choice = choose(program, "auto", "auto", rtol, None)
         assert (choice.method, choice.formulation) == pick
+
+
+def test_page_on_actuators_says_what_its_films_bear():
+    page = (STUDIES / "actuator" / "README.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^\| held \| 50 um .*\n\|[-|]*\n((?:\|.*\n)+)", page, re.MULTILINE)
+    said = [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]
+    holds = [1.0, 10.0, 60.0, 600.0, 3600.0, 86400.0, 604800.0, np.inf]
+    assert [row[0] for row in said] == [time_in_words(hold) for hold in holds]
+    specification = STUDIES / "actuator" / "design.toml"
+    tables = tomllib.loads(specification.read_text(encoding="utf-8"))["material"]
+    free, growing, constant = (dm.design(material_of(one, ("thickness",)), [50e-6, 100e-6], holds) for one in tables)
+    volts = [*growing.allowable_voltage, free.allowable_voltage[1], constant.allowable_voltage[1]]
+    for column, found in zip((1, 2, 5, 6), volts, strict=True):
+        np.testing.assert_allclose([float(row[column].removesuffix(" V")) for row in said], found, atol=0.51)
+    assert [row[3] for row in said] == ["breakdown"] * 3 + ["instability"] * 5
+    assert read_design(specification).sizes == {"film": 5, "holding_time": 41}
