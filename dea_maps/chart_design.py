@@ -11,8 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from .chart_data import check_variables, flagged, on_log_axis
-from .chart_layout import add_heading, axes_for, figure_of, label_ends, line_width, text_size
+from .chart_layout import add_heading, axes_for, figure_of, line_width, text_size
 from .chart_lines import MARKERS, curve_style
+from .chart_names import fit_beside, label_ends
 
 Floats = npt.NDArray[np.float64]
 
@@ -21,19 +22,24 @@ _LONG_TIMES = {"1 min": 60.0, "1 h": 3600.0, "1 day": 86400.0, "1 year": 3.156e7
 _WORD = 6.0
 """Room for one of them, in heights of its letters."""
 
+_ROW = 1.3
+"""Height of a row of a legend, in that of the words of the axes."""
+
 _DASHES = (0, (3.0, 1.5))
 
 
 def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column") -> Axes:
     """Draw the voltage that films bear for a time against that time, a line for each of up to eight films.
 
-    Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed.
+    Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed. What a film
+    bears for good, if the data set says it, is marked at the right edge. Where the names of the films would take much
+    of the width, they are in the legend and not beside the lines.
 
     Parameters
     ----------
     ds : Dataset
-        From `dea_maps.design`: ``allowable_voltage`` in V over ``film`` and ``holding_time`` in s, and perhaps
-        ``limit``, what limits it.
+        From `dea_maps.design`: ``allowable_voltage`` in V over ``film`` and ``holding_time`` in s, of which two
+        or more are finite, and perhaps ``limit``, what limits it.
     ax : Axes, optional
         Where to draw; the names of the films take their room off it. By default on a new figure, ``ax.figure``.
     size : {"column", "slide"}
@@ -62,39 +68,65 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
             "a design chart needs allowable_voltage over film and holding_time; "
             f"got {', '.join(map(str, ds['allowable_voltage'].dims)) or 'one number'}"
         )
-    if ds.sizes["holding_time"] < 2:
-        raise ValueError(f"a design chart needs two holding times or more; got {ds.sizes['holding_time']}")
+    finite = int(np.isfinite(ds["holding_time"]).sum())
+    if finite < 2:
+        raise ValueError(f"a design chart needs two finite holding times or more; got {finite}")
     if not 1 <= ds.sizes["film"] <= len(MARKERS):
         raise ValueError(
             f"a design chart needs one to {len(MARKERS)} films; got {ds.sizes['film']}: select some with ds.isel"
         )
+    may_grow = ax is None and size == "column"
     ax = axes_for(ax, size)
     ds = ds.sortby("holding_time").transpose("film", "holding_time", ...)
     time, voltages = ds["holding_time"].values.astype(np.float64), ds["allowable_voltage"].values / 1e3
-    ax.set(xlabel="holding time (s)", ylabel="allowable voltage (kV)", xlim=(time[0], time[-1]))
-    if on_log_axis(time):
+    last = time[finite - 1]
+    ax.set(xlabel="holding time (s)", ylabel="allowable voltage (kV)", xlim=(time[0], last))
+    if on_log_axis(time[:finite]):
         ax.set_xscale("log")
         _name_times(ax)
     broken = _by_breakdown(ds)
     films = [str(name) for name in ds["film"].values]
-    names, ends, silent = [], [], []
+    curves, ends, silent = [], [], []
     for number, (name, voltage, breakdown) in enumerate(zip(films, voltages, broken, strict=True)):
         known = np.isfinite(voltage)
         if not known.any():
             silent.append(name)
             continue
         style = curve_style(ax, number, len(films))
-        ax.plot(time, np.where(known, voltage, np.nan), **{**style, "linestyle": ""})
-        for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
-            # A line between two points is of the kind of the later one.
-            shown = part | np.append(part[1:], False)
-            ax.plot(time, np.where(shown, voltage, np.nan), **{**style, "linestyle": linestyle, "marker": ""})
-        names.append(name)
-        ends.append((time[known][-1], voltage[known][-1]))
-    add_heading(ax, ["voltage that a film bears for a time"], _explained(ax, broken, silent))
-    if names:
+        _draw_curve(ax, time[:finite], voltage[:finite], breakdown[:finite], style)
+        curves.append(Line2D([], [], label=name, **style))
+        ends.append((min(time[known][-1], last), voltage[known][-1]))
+        if np.isinf(time[known][-1]):
+            place = {"transform": ax.get_yaxis_transform(), "clip_on": False, "zorder": 3}
+            ax.plot(1.0, voltage[-1], **place, **_mark(ax, style["color"]))
+    explained = _explained(ax, broken, silent)
+    if np.isfinite(voltages[:, finite:]).any():
+        explained.append(Line2D([], [], label="for good", **_mark(ax, "black")))
+    names = [str(curve.get_label()) for curve in curves]
+    beside = bool(names) and fit_beside(ax, names)
+    if may_grow and not beside:
+        figure = figure_of(ax)
+        figure.set_figheight(figure.get_figheight() + len(curves) * _ROW * text_size(ax) / 72.0)
+    add_heading(ax, ["voltage that a film bears for a time"], explained if beside else [*curves, *explained])
+    if beside:
         label_ends(ax, ends, names)
     return ax
+
+
+def _draw_curve(
+    ax: Axes, time: Floats, voltage: Floats, breakdown: npt.NDArray[np.bool_], style: dict[str, Any]
+) -> None:
+    """Draw what one film bears."""
+    ax.plot(time, voltage, **{**style, "linestyle": ""})
+    for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
+        # A line between two points is of the kind of the later one.
+        shown = part | np.append(part[1:], False)
+        ax.plot(time, np.where(shown, voltage, np.nan), **{**style, "linestyle": linestyle, "marker": ""})
+
+
+def _mark(ax: Axes, colour: Any) -> dict[str, Any]:
+    """Return the look of what a film bears for good."""
+    return {"color": colour, "linestyle": "", "marker": ">", "markersize": 0.6 * text_size(ax)}
 
 
 def _name_times(ax: Axes) -> None:

@@ -137,7 +137,7 @@ def add_colour_bar(
         assert box is not None
         over = box.x1 - edge
         for ax in axes:
-            _shrink(ax, right=over)
+            shrink(ax, right=over)
         x0, y0, width, height = bar.ax.get_position().bounds
         bar.ax.set_position((x0 - over / axes[0].figure.bbox.width, y0, width, height))
 
@@ -163,7 +163,7 @@ def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), 
         high = _legend(ax, handles, heading, inches).get_window_extent().height
         inches += high / figure_of(ax).dpi
     if figure_of(ax).get_layout_engine() is None:
-        _shrink(ax, top=inches * figure_of(ax).dpi)
+        shrink(ax, top=inches * figure_of(ax).dpi)
     lines = [""]
     for part in title:
         longer = f"{lines[-1]}, {part}" if lines[-1] else part
@@ -179,49 +179,6 @@ def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), 
     settle(ax)
 
 
-def label_ends(ax: Axes, ends: Sequence[tuple[float, float]], words: Sequence[str]) -> None:
-    """Write words beside the ends of curves, right of axes, as high as the ends where there is room.
-
-    Parameters
-    ----------
-    ax : Axes
-        With its final scales and limits.
-    ends : sequence of tuple of float
-        Where the curves end, in data coordinates.
-    words : sequence of str
-        One for each.
-    """
-    text, figure = 0.9 * text_size(ax), figure_of(ax)
-    trials = [ax.text(1.0, 0.0, line, transform=ax.transAxes, fontsize=text) for line in words]
-    room = max(trial.get_window_extent().width for trial in trials) + 2.0 * text
-    for trial in trials:
-        trial.remove()
-    if figure.get_layout_engine() is None:
-        _shrink(ax, right=room)
-    frame = ax.get_window_extent()
-    gap = 1.3 * text * figure.dpi / 72.0
-    heights = _spread(ax.transData.transform(np.asarray(ends, float))[:, 1] - frame.y0, gap, frame.height)
-    for line, end, high in zip(words, ends, heights, strict=True):
-        ax.annotate(
-            line,
-            end,
-            (1.0 + text / frame.width, high / frame.height),
-            textcoords="axes fraction",
-            fontsize=text,
-            va="center",
-            annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": "0.5",
-                "lw": line_width(ax, 0.6),
-                "shrinkA": 1,
-                "shrinkB": 2,
-                "relpos": (0.0, 0.5),
-            },
-        )
-    settle(ax)
-
-
 def figure_of(ax: Axes) -> Figure:
     """Return the figure, not a part of it, to which axes belong.
 
@@ -231,6 +188,21 @@ def figure_of(ax: Axes) -> Figure:
         On a figure.
     """
     return ax.figure.canvas.figure
+
+
+def shrink(ax: Axes, right: float = 0.0, top: float = 0.0) -> None:
+    """Take room off axes at the right and the top.
+
+    Parameters
+    ----------
+    ax : Axes
+        Whose figure has no layout of its own.
+    right, top : float
+        In pixels.
+    """
+    page = ax.figure.bbox
+    x0, y0, width, height = ax.get_position().bounds
+    ax.set_position((x0, y0, width - right / page.width, height - top / page.height))
 
 
 def _height_of_ticks(ax: Axes) -> float:
@@ -265,27 +237,6 @@ def _legend(ax: Axes, handles: Sequence[Artist], heading: str, inches: float) ->
         if legend.get_window_extent().width <= width:
             break
     return legend
-
-
-def _shrink(ax: Axes, right: float = 0.0, top: float = 0.0) -> None:
-    """Take pixels off axes at the right and the top."""
-    page = ax.figure.bbox
-    x0, y0, width, height = ax.get_position().bounds
-    ax.set_position((x0, y0, width - right / page.width, height - top / page.height))
-
-
-def _spread(wanted: Floats, gap: float, top: float) -> Floats:
-    """Return heights near those wanted, a gap apart, from 0 to a top if there is room."""
-    order = np.argsort(wanted, kind="stable")
-    places = wanted[order]
-    for index in range(1, len(places)):
-        places[index] = max(places[index], places[index - 1] + gap)
-    places[-1:] = np.minimum(places[-1:], top)
-    for index in range(len(places) - 2, -1, -1):
-        places[index] = min(places[index], places[index + 1] - gap)
-    found = np.empty_like(places)
-    found[order] = places
-    return found
 
 
 def _extension(values: Floats, norm: Normalize) -> Literal["neither", "both", "min", "max"]:

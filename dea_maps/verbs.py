@@ -88,7 +88,9 @@ def design(arguments: argparse.Namespace) -> None:
         answers = read_design(arguments.specification)
     print(describe_design(answers))
     if arguments.output is not None:
-        save(draw(answers, "design_chart", arguments.size), arguments.output)
+        with _checking_input():
+            figure = draw(answers, "design_chart", arguments.size)
+        save(figure, arguments.output)
 
 
 def info(arguments: argparse.Namespace) -> None:

@@ -187,6 +187,37 @@ def test_design(designed):
     assert np.isfinite(drawn[0].get_ydata()).sum() == 8
 
 
+def with_good(designed):
+    """Return a design with what its films bear for good, which comes first there."""
+    good = designed.isel(holding_time=[-1]).assign_coords(holding_time=[np.inf])
+    return xr.concat([good.assign(allowable_voltage=0.9 * good.allowable_voltage), designed], "holding_time")
+
+
+def test_what_films_bear_for_good_is_at_the_right_edge(designed):
+    ax = charts.design_chart(with_good(designed))
+    assert ax.get_xlim() == (1.0, 1e9)
+    marks = [line for line in ax.lines if line.get_marker() == ">"]
+    levels = designed.allowable_voltage.values[:3, -1] * 0.9 / 1e3
+    np.testing.assert_allclose([line.get_ydata()[0] for line in marks], levels)
+    assert {tuple(line.get_xdata()) for line in marks} == {(1.0,)}
+    assert marks[0].get_transform() == ax.get_yaxis_transform()
+    low, high = ax.get_ylim()
+    assert low < levels.min() < levels.max() < high
+    assert "for good" in [text.get_text() for text in ax.get_legend().get_texts()]
+    only = with_good(designed).isel(holding_time=[0, 0])
+    with pytest.raises(ValueError, match="a design chart needs two finite holding times or more; got 0"):
+        charts.design_chart(only)
+
+
+def test_long_names_of_films_are_in_the_legend(designed):
+    names = [f"VHB, strength 30.6 lambda^1.13, {H} um" for H in (100, 50, 25, 12)]
+    ax = charts.design_chart(designed.assign_coords(film=names))
+    assert not ax.texts
+    assert [text.get_text() for text in ax.get_legend().get_texts()][:3] == names[:3]
+    assert ax.get_window_extent().width > 0.7 * ax.figure.bbox.width
+    assert ax.get_window_extent().height > 0.4 * ax.figure.bbox.height
+
+
 @pytest.mark.parametrize("chart", charts.CHARTS)
 def test_the_user_chooses(chart, step, films, designed, tmp_path):
     ds = {"trajectories": films, "design_chart": designed}.get(chart, step)
