@@ -84,8 +84,8 @@ def damping_for(rtol):
 def _shortest_life(field, p):
     """Return a time that any film lives which fails under a held field; below 0 where it may fail on its ramp.
 
-    r = xi**2 must grow from 1 until the film carries the field no more, (25). The logarithm of what it carries is convex
-    in r and falls at 2 p/m first; dr/dT is at most 2 (s - 1/s**2) at s = 2**(2/3), which is 2.382, (26).
+    r = xi**2 must grow from 1 until the film carries the field no more, (25). The logarithm of the load that it carries
+    is convex in r and falls at 2 p/m first; dr/dT is at most 2 (s - 1/s**2) at s = 2**(2/3), which is 2.382, (26).
     """
     return ((1.0 + p) - field * field) / (2.0 * 2.382 * p)
 

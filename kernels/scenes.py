@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from . import area_lanes as lane
-from . import quadrature, ramp
+from . import brink, quadrature, ramp
 from ._jit import device
 from .area_lanes import AreaMethod
 from .lanes import AT_END, BUDGET_SPENT, FAILED, next_cells
-from .model import CRITICAL_LOAD, CRITICAL_U, upper_stiffness
+from .model import CRITICAL_LOAD, CRITICAL_U, instant_gap, upper_stiffness
 from .sweep import (
     CRITICAL_FIELD,
     CRITICAL_INTERNAL_STRETCH,
@@ -30,7 +30,8 @@ def _read_hold(w, i, field, cell, result):
     if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
         return BUDGET_SPENT
     result[TIME_TO_FAILURE, cell] = time
-    result[CRITICAL_STRETCH, cell] = (w[quadrature.CENTRE, i] + w[quadrature.HALF, i]) / np.sqrt(CRITICAL_U)
+    beyond = w[quadrature.CENTRE, i] + w[quadrature.HALF, i]
+    result[CRITICAL_STRETCH, cell] = (1.0 + beyond) / np.sqrt(CRITICAL_U)
     result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
     result[CRITICAL_FIELD, cell] = field
     return FAILED
@@ -48,6 +49,12 @@ def solve_step(w, status, given, tolerance, step, attempts, found):
         rung[i] = quadrature.first_rung(p, tolerance)
     quadrature.integrate(w, rung, tolerance)
     for i in range(lanes):
+        field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
+        if given[MODULUS_RATIO, i] - field * field < brink.WIDEST * p:
+            gap = instant_gap(field, given[MODULUS_RATIO, i])
+            b, end = brink.end_of_life(field, p, gap)
+            w[quadrature.FOUND, i] = brink.life(field, p, b, end, quadrature.start_of_step(field, p))
+            w[quadrature.INTERNAL, i] = 1.0 / (1.0 - b)
         status[i] = _read_hold(w, i, given[FIELD, i], i, found)
 
 

@@ -81,7 +81,7 @@ def test_a_file_in_volts_goes_on_from_parts_without(tmp_path, monkeypatch):
     [
         ({"material": dm.VHB}, TypeError, "material and thickness must be given together; got no thickness"),
         ({"thickness": 1e-4}, TypeError, "material and thickness must be given together; got no material"),
-        ({"material": dm.VHB, "thickness": -1e-4}, ValueError, "thickness must be finite and above 0, in m; got -0.0001"),
+        ({"material": dm.VHB, "thickness": -1.0}, ValueError, "thickness must be finite and above 0, in m; got -1.0"),
     ],
 )
 def test_half_a_film_is_refused(tmp_path, film, error, message):

@@ -208,7 +208,7 @@ def test_what_is_wrong_with_a_film_is_said(read, old, new, message):
 
 def test_volts_need_a_film(read):
     with pytest.raises(ValueError, match="may have the keys field, rate, modulus_ratio; got 'voltage', to which"):
-        read(IN_VOLTS.split("[material]")[0])
+        read(IN_VOLTS.split("[material]", maxsplit=1)[0])
 
 
 def test_a_range_beyond_memory_is_refused(read):
