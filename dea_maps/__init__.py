@@ -30,6 +30,7 @@ __all__ = [
     "open",
     "physical",
     "reachable_stretch",
+    "read_design",
     "read_material",
     "sweep",
     "sweep_to_netcdf",
@@ -39,7 +40,7 @@ __all__ = [
 if TYPE_CHECKING:
     from . import charts
     from .catalogue import methods
-    from .designing import design
+    from .designing import design, read_design
     from .disk import sweep_to_netcdf
     from .explorer import explore
     from .first_limit import breakdown
@@ -76,6 +77,7 @@ else:
         "open": "opening",
         "physical": "si_units",
         "reachable_stretch": "inverse",
+        "read_design": "designing",
         "read_material": "material_table",
         "sweep": "sweeping",
         "sweep_to_netcdf": "disk",

@@ -133,7 +133,7 @@ def _farthest(material: Material, field: Array, limit: npt.NDArray[np.int8], rto
 
 
 def read_design(path: PathLike) -> xr.Dataset:
-    """Read the specification of a design, and answer it.
+    r"""Read the specification of a design, and answer it.
 
     Parameters
     ----------
@@ -153,6 +153,16 @@ def read_design(path: PathLike) -> xr.Dataset:
         If the file cannot be read.
     ValueError
         If it is not TOML, or something is missing, unknown or not allowed; with the name of the file.
+
+    Examples
+    --------
+    >>> import dea_maps as dm, os, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = os.path.join(folder, "design.toml")
+    ...     with open(path, "w") as file:
+    ...         _ = file.write('[material]\npreset = "VHB"\nthickness = 50e-6\n[design]\nholding_time = [1, 3600, inf]')
+    ...     dm.read_design(path).allowable_voltage.values.round().tolist()
+    [[1566.0, 818.0, 804.0]]
     """
     document = read_toml(path)
     try:
@@ -226,12 +236,12 @@ def time_in_words(seconds: float) -> str:
 
     Examples
     --------
-    >>> [time_in_words(seconds) for seconds in (0.5, 90.0, 7200.0, 604800.0, np.inf)]
-    ['0.5 s', '90 s', '2 h', '7 d', 'for good']
+    >>> [time_in_words(seconds) for seconds in (0.5, 90.0, 349.0, 7200.0, 3650 * 86400.0, np.inf)]
+    ['0.5 s', '90 s', '5.82 min', '2 h', '3650 d', 'for good']
     """
     if np.isinf(seconds):
         return "for good"
-    for unit, length in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * length or seconds == length:
-            return f"{seconds / length:.4g} {unit}"
-    return f"{seconds:.4g} s"
+    lengths = {"d": 86400.0, "h": 3600.0, "min": 60.0, "s": 1.0}
+    unit = next((unit for unit, length in lengths.items() if seconds >= 2 * length or seconds == length), "s")
+    number = seconds / lengths[unit]
+    return f"{number:.0f} {unit}" if number >= 100.0 else f"{number:.3g} {unit}"

@@ -11,7 +11,7 @@ import pytest
 
 import dea_maps as dm
 from dea_maps.catalogue import choose
-from dea_maps.designing import read_design, time_in_words
+from dea_maps.designing import time_in_words
 from dea_maps.material_table import material_of
 
 STUDIES = Path(__file__).parents[1] / "studies"
@@ -67,4 +67,4 @@ def test_page_on_actuators_says_what_its_films_bear():
     for column, found in zip((1, 2, 5, 6), volts, strict=True):
         np.testing.assert_allclose([float(row[column].removesuffix(" V")) for row in said], found, atol=0.51)
     assert [row[3] for row in said] == ["breakdown"] * 3 + ["instability"] * 5
-    assert read_design(specification).sizes == {"film": 5, "holding_time": 41}
+    assert dm.read_design(specification).sizes == {"film": 5, "holding_time": 20}

@@ -45,7 +45,7 @@ def main() -> None:
     materials = films.materials(None if options.tension is None else fit.material)
     film = replace(materials[films.GROWING], name="VHB" if options.tension is None else options.tension.stem)
 
-    borne = films.borne(materials, np.geomspace(1.0, 604800.0, 9 if quick else 41))
+    borne = films.borne(materials, np.append(np.geomspace(1.0, 604800.0, 9 if quick else 41), np.inf))
     charts.design(borne, folder / "design.png")
     tables.borne(materials)
     tables.margins(film)

@@ -36,10 +36,9 @@ def per_cent(ratio: float, digits: int = 0) -> str:
     return "-" if np.isnan(ratio) else f"{100.0 * ratio:.{digits}f} %"
 
 
-def roughly(seconds: float) -> str:
-    """Return a time in words, to three digits."""
-    number, _, unit = time_in_words(seconds).partition(" ")
-    return f"{float(number):.3g} {unit}" if np.isfinite(seconds) else "never"
+def lost_after(seconds: float) -> str:
+    """Return in words when a film is lost."""
+    return time_in_words(seconds) if np.isfinite(seconds) else "never"
 
 
 def borne(among: dict[str, dm.Material]) -> None:
@@ -59,7 +58,7 @@ def borne(among: dict[str, dm.Material]) -> None:
     heads = ["held", "50 um", "100 um", "limited by", "area strain then", "100 um, no breakdown", "100 um, constant"]
     table("What films bear", heads, rows)
     last = decision.crossover(among[films.GROWING], HOLDS[0], HOLDS[-2])
-    print(f"with the growing strength, breakdown limits what is held for up to {roughly(last)}\n")
+    print(f"with the growing strength, breakdown limits what is held for up to {time_in_words(last)}\n")
 
 
 def margins(material: dm.Material) -> None:
@@ -79,7 +78,7 @@ def haste(material: dm.Material) -> None:
     fields = decision.needed([material], np.full(ready.shape, decision.STRAIN), ready)[0]
     rows = [
         [time_in_words(time), volts(field, films.THICK), volts(bears, films.THICK), per_cent(bears / field - 1.0, 1),
-         roughly(life)]
+         lost_after(life)]
         for time, field, bears, life in zip(
             ready, fields, decision.allowable(material, ready), decision.lifetime(material, fields), strict=True
         )
@@ -105,7 +104,7 @@ def ramps(material: dm.Material) -> None:
             per_cent(float(ds.critical_stretch[i]) ** 2 - 1.0),
             f"{float(voltage[i]):.0f} V",
             per_cent(float(stretch[i]) ** 2 - 1.0),
-            roughly(float(time[i])),
+            lost_after(float(time[i])),
             LIMITS[int(ds.first_limit[i])],
         ]
         for i in range(RAMPS.size)
