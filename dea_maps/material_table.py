@@ -1,5 +1,6 @@
 """Materials in TOML: the table ``[material]`` of a specification, or of a file of its own."""
 
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .material import VHB, Material
+from .parameters import brief
 from .storage import PathLike
 from .tables import check_keys, check_number, read_toml, unknown
 
@@ -112,6 +114,52 @@ def material_of(table: Any, others: tuple[str, ...] = ()) -> Material:
         return replace(PRESETS[table["preset"]], **given) if "preset" in table else Material(**given)
     except (TypeError, ValueError) as error:
         raise ValueError(f"material.{error}") from None
+
+
+def table_of(material: Material) -> str:
+    r"""Return a material as the lines of a table ``[material]``, from which `read_material` gets it back.
+
+    Parameters
+    ----------
+    material : Material
+        Its breakdown strength, if known, must be a number or a `PowerLaw`.
+
+    Raises
+    ------
+    ValueError
+        If the breakdown strength is another function.
+
+    Examples
+    --------
+    >>> print(table_of(Material(9e4, 2e4, 150.0, name='film "A"')))
+    [material]
+    name = "film \"A\""
+    unrelaxed_modulus = 90000.0  # Pa
+    relaxed_modulus = 20000.0  # Pa
+    relaxation_time = 150.0  # s
+    # relative_permittivity = ...  # not known from tension
+    """
+    lines = [f"{key} = {_quoted(getattr(material, key))}" for key in ("name", "source") if getattr(material, key)]
+    units = ("Pa", "Pa", "s")
+    lines += [f"{key} = {getattr(material, key)!r}  # {unit}" for key, unit in zip(_NUMBERS, units, strict=True)]
+    if material.relative_permittivity is None:
+        lines.append("# relative_permittivity = ...  # not known from tension")
+    else:
+        lines.append(f"relative_permittivity = {material.relative_permittivity!r}")
+    strength = material.breakdown_strength
+    if isinstance(strength, PowerLaw):
+        power = f"{{ at_rest = {strength.at_rest!r}, exponent = {strength.exponent!r} }}"
+        lines.append(f"breakdown_strength = {power}  # V/m")
+    elif callable(strength):
+        raise ValueError(f"breakdown_strength must be a number or a PowerLaw to be written; got {brief(strength)}")
+    elif strength is not None:
+        lines.append(f"breakdown_strength = {strength!r}  # V/m")
+    return "\n".join(["[material]", *lines])
+
+
+def _quoted(words: str) -> str:
+    """Return a string as TOML has it, which is as JSON has it but for one character."""
+    return json.dumps(words, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _value(key: str, value: Any) -> Any:

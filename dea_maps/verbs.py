@@ -6,6 +6,7 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 
@@ -105,17 +106,19 @@ def info(arguments: argparse.Namespace) -> None:
 
 
 def fit(arguments: argparse.Namespace) -> None:
-    """Fit a material, print it, and draw the fit."""
+    """Fit a material, print it, also as a table of a specification, and draw the fit."""
     from .charts import check_chart_path, save
     from .fit_chart import draw_fit
     from .fitting import fit_uniaxial
+    from .material_table import table_of
     from .tension_curves import read_curves
 
     with _checking_input():
         curves = read_curves(arguments.data)
         if arguments.output is not None:
             check_chart_path(arguments.output)
-    fit = fit_uniaxial(curves, noise=arguments.noise)
-    print(fit.summary())
+    file = Path(os.fsencode(arguments.data).decode(errors="replace"))
+    fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
+    print(f"{fit.summary()}\n\n{table_of(fit.material)}")
     if arguments.output is not None:
         save(draw_fit(fit), arguments.output)

@@ -141,6 +141,20 @@ def test_command_line_fits_and_draws(table, capsys):
     assert (table / "fit.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_what_is_printed_is_a_material_to_design_with(table, capsys):
+    assert main(["fit", "data.csv", "--noise", "proportional"]) == 0
+    lines = capsys.readouterr().out.partition("[material]\n")[2].splitlines()
+    assert lines[-1] == "# relative_permittivity = ...  # not known from tension"
+    known = ["[material]", *lines[:-1], "relative_permittivity = 4.7"]
+    (table / "film.toml").write_text("\n".join(known))
+    material = dm.read_material("film.toml")
+    assert (material.name, material.source) == ("data", "fit to tension, data.csv")
+    assert material.relaxation_time == pytest.approx(dm.VHB.relaxation_time, rel=0.1)
+    (table / "design.toml").write_text("\n".join([*known, "thickness = 50e-6", "[design]", "holding_time = 3600"]))
+    assert main(["design", "design.toml"]) == 0
+    assert "data, 50 um" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

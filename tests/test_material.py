@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import dea_maps as dm
+from dea_maps.material_table import PowerLaw, table_of
 
 
 def test_vhb_is_that_of_the_paper():
@@ -56,6 +57,22 @@ def test_what_is_wrong_with_a_file_is_said(tmp_path):
         dm.read_material(path)
     with pytest.raises(FileNotFoundError, match="cannot read"):
         dm.read_material(tmp_path / "absent.toml")
+
+
+@pytest.mark.parametrize(
+    "words", ["silicone", 'film "A" \\ of \'23', "Plättchen, 50 µm 🎞", "a\ttab\n\r\x00\x1f\x7f\x85", ""]
+)
+@pytest.mark.parametrize("strength", [None, 2.5e7, PowerLaw(3.06e7, 1.13)])
+def test_a_table_gives_its_material_back(words, strength, tmp_path):
+    for permittivity in (None, 4.7):
+        material = dm.Material(8.78e4 / 3, 2.28e4 / 3, 1e-17, permittivity, words, words[::-1], strength)
+        (tmp_path / "film.toml").write_text(table_of(material), encoding="utf-8", newline="")
+        assert dm.read_material(tmp_path / "film.toml") == material
+
+
+def test_a_function_cannot_be_written():
+    with pytest.raises(ValueError, match="breakdown_strength must be a number or a PowerLaw to be written; got <func"):
+        table_of(dataclasses.replace(dm.VHB, breakdown_strength=lambda stretch: 3e7 * stretch))
 
 
 @pytest.mark.parametrize(
