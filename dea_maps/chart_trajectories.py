@@ -1,4 +1,4 @@
-"""Films followed in time, up to their failure."""
+"""Films followed in time, up to their failure or electrical breakdown."""
 
 import itertools
 from typing import Any
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from .chart_choices import check_choice
-from .chart_data import check_variables, evenly, on_log_axis, varying
+from .chart_data import check_variables, evenly, flagged, on_log_axis, varying
 from .chart_layout import add_heading, axes_for, line_width, text_size
 from .chart_lines import MARKERS, curve_style
 from .chart_units import Shown, shown, title_of, units_of
@@ -24,6 +24,17 @@ _AT_FAILURE = {
 }
 """Where a data set has the value of a variable at failure."""
 
+_AT_BREAKDOWN = {
+    "stretch": "breakdown_stretch",
+    "applied_field": "breakdown_field",
+    "true_field": "breakdown_true_field",
+    "applied_voltage": "breakdown_voltage",
+}
+"""Likewise, at breakdown."""
+
+_ENDS = {"failure": "x", "electrical breakdown": "*"}
+"""How a curve may end, and the marker for that."""
+
 _LONG_TIMES = ((3e5, 86400.0, "days"), (1e4, 3600.0, "h"), (600.0, 60.0, "min"))
 """Seconds from which a linear axis is in larger units."""
 
@@ -36,13 +47,13 @@ def trajectories(
     units: str | None = None,
     size: str = "column",
 ) -> Axes:
-    r"""Draw films against time, a curve for each of up to eight, a cross where one fails.
+    r"""Draw films against time, a curve for each of up to eight, a cross where one fails, a star where it breaks down.
 
     Parameters
     ----------
     ds : Dataset
-        From `dea_maps.trajectory`, perhaps with `dea_maps.physical`, or from `dea_maps.general_trajectory`; with two
-        times or more.
+        From `dea_maps.trajectory`, perhaps with `dea_maps.breakdown` and `dea_maps.physical`, or from
+        `dea_maps.general_trajectory`; with two times or more.
     ax, units, size
         As in `dea_maps.charts.phase_diagram`.
     variable : str
@@ -76,53 +87,54 @@ def trajectories(
     y, time = shown(ds, variable, units), _set_time(ax, shown(ds, "time", units))
     ax.set_ylabel(y.label)
     films = _films(ds, variable)
-    handles = []
+    handles, ended = [], set()
     for number, film in enumerate(films):
-        one = ds.isel(film)
-        curve = y.values.isel(film).values
-        alive = np.isfinite(curve)
-        x, curve = time.values.values[alive], curve[alive]
-        failure = _failure(one, variable, time.per(ds["time"]), y.per(ds[variable]))
-        if failure is not None and failure[0] <= float(time.values[-1]):
-            x, curve = np.append(x, failure[0]), np.append(curve, failure[1])
-            at = (max(failure[0], ax.get_xlim()[0]), failure[1])
-            ax.plot(*at, **_cross(ax))
+        curve, x = y.values.isel(film).values, time.values.values
+        how, when, value = _end(ds.isel(film), variable)
+        when, value = when * time.per(ds["time"]), value * y.per(ds[variable])
+        alive = np.isfinite(curve) & (x < when)
+        x, curve = x[alive], curve[alive]
+        if np.isfinite(value) and when <= float(time.values[-1]):
+            x, curve = np.append(x, when), np.append(curve, value)
+            ax.plot(max(when, ax.get_xlim()[0]), value, **_mark(ax, how))
+            ended.add(how)
         values = [float(parameter.values.isel(film, missing_dims="ignore")) for parameter in parameters]
         label = ", ".join(f"{value:.4g}" for value in values)
         (line,) = ax.plot(x, curve, label=label, **curve_style(ax, number, len(films)))
         if len(films) > 1:
             handles.append(line)
-    if len(ax.lines) > len(films):
-        handles.append(Line2D([], [], label="failure", **_cross(ax)))
+    handles += [Line2D([], [], label=how, **_mark(ax, how)) for how in _ENDS if how in ended]
     add_heading(ax, title_of(ds, units), handles, ", ".join(parameter.label for parameter in parameters))
     return ax
 
 
-def _cross(ax: Axes) -> dict[str, Any]:
-    """Return the look of a failure."""
+def _mark(ax: Axes, how: str) -> dict[str, Any]:
+    """Return the look of an end of a curve."""
     size = text_size(ax)
     return {
         "color": "black",
         "linestyle": "",
-        "marker": "x",
+        "marker": _ENDS[how],
         "markersize": 0.9 * size,
-        "markeredgewidth": line_width(ax, 1.8),
+        "markeredgewidth": line_width(ax, 1.8 if _ENDS[how] == "x" else 0.6),
         "zorder": 3,
         "clip_on": False,
     }
 
 
-def _failure(film: xr.Dataset, variable: str, per_time: float, per_value: float) -> tuple[float, float] | None:
-    """Return when a film fails and the variable then, in the units of the chart; None if that is not known."""
+def _end(film: xr.Dataset, variable: str) -> tuple[str, float, float]:
+    """Return how and when the curve of a film ends, and the variable then; infinite and NaN where that is not known."""
+    if {"first_limit", "time_to_breakdown"} <= film.keys() and flagged(film["first_limit"], "breakdown"):
+        when, value = float(film["time_to_breakdown"]), np.nan
+        if _AT_BREAKDOWN.get(variable) in film:
+            value = float(film[_AT_BREAKDOWN[variable]])
+        elif when > 0.0:  # at once is while the field is switched on, of which the times know nothing
+            value = float(np.interp(when, film["time"], film[variable], left=np.nan))
+        return "electrical breakdown", when, value
     if "time_to_failure" not in film or not np.isfinite(film["time_to_failure"]):
-        return None
-    if variable == "margin":
-        value = 0.0
-    elif _AT_FAILURE.get(variable) in film:
-        value = float(film[_AT_FAILURE[variable]])
-    else:
-        return None
-    return float(film["time_to_failure"]) * per_time, value * per_value
+        return "", np.inf, np.nan
+    value = 0.0 if variable == "margin" else float(film.get(_AT_FAILURE.get(variable, ""), np.nan))
+    return "failure", float(film["time_to_failure"]), value
 
 
 def _set_time(ax: Axes, time: Shown) -> Shown:

@@ -42,7 +42,7 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = 1e-6) -> xr.Data
     Parameters
     ----------
     ds : Dataset
-        From `dea_maps.sweep`, or of its variables some.
+        From `dea_maps.sweep` or `dea_maps.trajectory`, or of its variables some.
     strength : float or callable
         The true field at which the film breaks down, over the relaxed critical field; or what returns it for an array
         of stretches, as `Material.strength`.

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -174,6 +175,17 @@ def test_no_cell_of_a_large_map_is_left_open():
     np.testing.assert_allclose(over.values[broken], 1.0, rtol=1e-12)
     fails = broken & (ds.outcome == 1)
     assert (ds.time_to_breakdown <= ds.time_to_failure).values[fails].all()
+
+
+def test_trajectories_are_maps_as_well():
+    parameters = {"field": [0.9, 1.5], "rate": [0.1, 10.0], "modulus_ratio": 4.0}
+    films = dm.trajectory(dm.RampHold(), time=np.linspace(0.0, 9.0, 7), **parameters)
+    found, expected = dm.breakdown(films, 1.8), dm.breakdown(dm.sweep(dm.RampHold(), **parameters), 1.8)
+    assert found.sizes == {"field": 2, "rate": 2, "time": 7}
+    assert BREAKDOWN in found.first_limit
+    for name in ("first_limit", "time_to_breakdown", "breakdown_stretch", "breakdown_field"):
+        xr.testing.assert_identical(found[name], expected[name])
+    xr.testing.assert_identical(found.stretch, films.stretch)
 
 
 def test_a_material_knows_its_strength(tmp_path):

@@ -167,6 +167,24 @@ def test_trajectories_end_in_their_failure(films):
     assert charts.trajectories(films, variable="margin").get_ylabel().startswith("margin")
 
 
+def test_trajectories_end_in_their_breakdown(films):
+    ds = physical(dm.breakdown(films, lambda stretch: 1.6 * stretch**0.5))
+    assert ds.first_limit.values.tolist() == [0, 2, 2, 2]
+    assert ds.time_to_breakdown.values[-1] == 0.0
+    for variable, at_end in (("stretch", "breakdown_stretch"), ("applied_field", "breakdown_voltage")):
+        ax = charts.trajectories(ds, variable=variable)
+        stars = [line for line in ax.lines if line.get_marker() == "*"]
+        np.testing.assert_allclose([*(s.get_xdata()[0] for s in stars)], ds.seconds_to_breakdown.values[1:] / 60.0)
+        unit = 1e3 if variable == "applied_field" else 1.0
+        np.testing.assert_allclose([*(s.get_ydata()[0] for s in stars)], ds[at_end].values[1:] / unit)
+        ends = [line.get_xdata()[-1] for line in ax.lines if line.get_marker() != "*"]
+        np.testing.assert_allclose(ends[1:], ds.seconds_to_breakdown.values[1:] / 60.0)
+        assert [text.get_text() for text in ax.get_legend().get_texts()][-1] == "electrical breakdown"
+    margins = [line for line in charts.trajectories(ds, variable="margin").lines if line.get_marker() == "*"]
+    near = films.margin[1].interp(time=ds.time_to_breakdown.values[1])
+    np.testing.assert_allclose([line.get_ydata()[0] for line in margins], near, rtol=1e-12)
+
+
 def test_times_over_decades_are_logarithmic():
     times = np.concatenate([[0.0], np.geomspace(1e-2, 1e2, 41)])
     ds = dm.trajectory(dm.RampHold(), time=times, field=[0.9, 1.2], rate=[0.1, 10.0], modulus_ratio=4.0)

@@ -9,8 +9,6 @@ import films
 import numpy as np
 import xarray as xr
 from matplotlib import pyplot as plt
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
 
 import dea_maps as dm
 from dea_maps.answers import BREAKDOWN
@@ -94,31 +92,16 @@ def held(material: dm.Material, decision: float, nodes: int, path: Path) -> tupl
     dm.charts.trajectories(long, left)
     short = _held(material, np.array(SHORT) * scale, np.geomspace(1.0, 1000.0, nodes))
     dm.charts.trajectories(short, right)
-    _mark_breakdown(right, short)
     save(figure, path)
     return long, short
 
 
 def _held(material: dm.Material, voltages: np.ndarray, seconds: np.ndarray) -> xr.Dataset:
-    """Return the thin film under voltages held, until it fails or breaks down."""
+    """Return the thin film under voltages held, and when it fails or breaks down."""
     field = voltages / (material.critical_field * films.THIN)
     time = seconds / material.relaxation_time
     ds = dm.trajectory(dm.Step(), time=time, field=field, modulus_ratio=material.modulus_ratio)
-    ds = dm.breakdown(ds, material.strength)
-    lost = ds.first_limit == BREAKDOWN
-    ds["stretch"] = ds.stretch.where(~(lost & (ds.time > ds.time_to_breakdown)))
-    ds["time_to_failure"] = ds.time_to_failure.where(~lost)
-    return dm.physical(ds, material, films.THIN)
-
-
-def _mark_breakdown(ax: Axes, ds: xr.Dataset) -> None:
-    """Mark where films break down, which trajectories do not show by themselves."""
-    lost = ds.isel(field=ds.first_limit.values == BREAKDOWN)
-    look = {"color": "black", "ls": "", "marker": "*", "ms": 9}
-    ax.plot(lost.seconds_to_breakdown, lost.breakdown_stretch, zorder=4, **look)
-    old = ax.get_legend()
-    ax.add_artist(ax.legend(handles=[Line2D([], [], label="electrical breakdown", **look)], frameon=False, loc=2))
-    ax.add_artist(old)
+    return dm.physical(dm.breakdown(ds, material.strength), material, films.THIN)
 
 
 def windows(ds: xr.Dataset, path: Path) -> None:
