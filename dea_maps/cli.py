@@ -144,7 +144,7 @@ def _parser() -> argparse.ArgumentParser:
     sweep.set_defaults(run=run.sweep)
 
     plot = choices.add_parser("plot", help="draw what a sweep found")
-    plot.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
+    plot.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep; or of dm.trajectory or dm.design")
     plot.add_argument("-o", "--output", metavar="CHART.png", required=True, help=".png, .svg or .pdf")
     plot.add_argument("--chart", choices=CHARTS, default="auto", help="which (default: what suits the map)")
     plot.add_argument("--size", choices=SIZES, default="column", help="for a column of print or a slide")

@@ -114,6 +114,7 @@ def design(
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": "Allowable voltages of dielectric-elastomer actuators",
         "source": f"dea_maps {version('dea-maps')}, root finding on the model of Zhao, Koh, Suo (2011)",
+        "dea_maps_version": version("dea-maps"),
         "rtol": rtol,
     }
     return ds

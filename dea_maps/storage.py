@@ -122,13 +122,15 @@ def write_dataset(ds: xr.Dataset, path: PathLike) -> None:
             raise OSError(f"cannot write {os.fspath(path)}: {error}") from error
 
 
-def open_map(path: PathLike) -> xr.Dataset:
+def open_map(path: PathLike, *others: str) -> xr.Dataset:
     """Open the data set of a sweep, reading values only as they are used.
 
     Parameters
     ----------
     path : str or path-like
-        A file written by a sweep.
+        A file written by a sweep, or of trajectories.
+    *others : str
+        Variables that the file may have instead of those of a map.
 
     Returns
     -------
@@ -160,7 +162,7 @@ def open_map(path: PathLike) -> xr.Dataset:
         ds = xr.open_dataset(file, engine="netcdf4", cache=False)
     except OSError:
         raise ValueError(f"{file} is not a NetCDF file") from None
-    if "dea_maps_version" not in ds.attrs or not ds.keys() & VARIABLES.keys():
+    if "dea_maps_version" not in ds.attrs or not ds.keys() & {*VARIABLES, *others}:
         ds.close()
         raise ValueError(f"{file} is not a map: it does not hold the variables and attributes of a sweep")
     return ds

@@ -61,7 +61,7 @@ def plot(arguments: argparse.Namespace) -> None:
 
     with _checking_input():
         check_chart_path(arguments.output)
-        with open_map(arguments.map) as ds:
+        with open_map(arguments.map, "allowable_voltage") as ds:
             figure = draw(ds, arguments.chart, arguments.size)
     save(figure, arguments.output)
 
