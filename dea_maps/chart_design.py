@@ -97,8 +97,8 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
         curves.append(Line2D([], [], label=name, **style))
         ends.append((min(time[known][-1], last), voltage[known][-1]))
         if np.isinf(time[known][-1]):
-            place = {"transform": ax.get_yaxis_transform(), "clip_on": False, "zorder": 3}
-            ax.plot(1.0, voltage[-1], **place, **_mark(ax, style["color"]))
+            edge = ax.get_yaxis_transform()
+            ax.plot(1.0, voltage[-1], transform=edge, clip_on=False, zorder=3, **_mark(ax, style["color"]))
     explained = _explained(ax, broken, silent)
     if np.isfinite(voltages[:, finite:]).any():
         explained.append(Line2D([], [], label="for good", **_mark(ax, "black")))

@@ -1,5 +1,7 @@
 """Electrical breakdown as a limit on the true field: which comes first, that or the instability."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -88,7 +90,7 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = 1e-6) -> xr.Data
         time, life = results["time_to_breakdown"], ds["time_to_failure"].transpose(*grid.dims).values.ravel()
         results["time_to_breakdown"] = np.where(time > life, life, time)
     described = {**cf_attributes("first_limit"), **flags(LIMITS)}
-    added = {"first_limit": (grid.dims, limit.reshape(grid.shape), described)}
+    added: dict[str, Any] = {"first_limit": (grid.dims, limit.reshape(grid.shape), described)}
     for name, values in results.items():
         added[name] = (grid.dims, values.reshape(grid.shape), cf_attributes(name))
     return ds.assign(added)
