@@ -180,12 +180,11 @@ def _designed(document: Mapping[str, Any]) -> xr.Dataset:
     check_keys("[design]", table, ("holding_time",), ("rtol",))
     rtol = table.get("rtol", 1e-6)
     check_number("design.rtol", rtol)
-    times = table["holding_time"]
-    for_good = isinstance(times, list) and np.inf in times
-    finite = [time for time in times if time != np.inf] if for_good else times
-    times = np.atleast_1d(np.asarray(values_of("design.holding_time", finite), dtype=np.float64))
-    if for_good:
-        times = np.append(times, np.inf)
+    given = [np.inf] if table["holding_time"] == np.inf else table["holding_time"]
+    for_good = [time for time in given if time == np.inf][:1] if isinstance(given, list) else []
+    finite = [time for time in given if time != np.inf] if for_good else given
+    times = [] if finite == [] and for_good else values_of("design.holding_time", finite)
+    times = np.append(np.asarray(times, dtype=np.float64), for_good)
     tables = document["material"] if isinstance(document["material"], list) else [document["material"]]
     sets = []
     for table in tables:

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.designing import describe_design, read_design
+from dea_maps.designing import describe_design
 
 STRONG = dataclasses.replace(dm.VHB, name="strong", breakdown_strength=lambda stretch: 30e6 * stretch**1.1)
 TIMES = [1e-3, 1.0, 30.0, 3600.0, 1e6]
@@ -31,7 +31,7 @@ holding_time = [1e-3, 1.0, 30.0, 3600.0, 1e6]
 def answers(tmp_path_factory):
     path = tmp_path_factory.mktemp("design") / "spec.toml"
     path.write_text(SPEC)
-    return read_design(path)
+    return dm.read_design(path)
 
 
 @pytest.mark.parametrize("material", [dm.VHB, STRONG], ids=lambda material: material.name)
@@ -83,6 +83,14 @@ def test_for_good():
     assert ds.stretch.item() == pytest.approx(2 ** (1 / 3))
 
 
+@pytest.mark.parametrize("times", ["inf", "[inf]", "[3600, inf, 1.0]", "3600", "{ start = 1, stop = 60, num = 3 }"])
+def test_specified_times_may_be_infinite(times, tmp_path):
+    path = tmp_path / "spec.toml"
+    path.write_text(f'[material]\npreset = "VHB"\nthickness = 50e-6\n[design]\nholding_time = {times}')
+    known = {"inf": [np.inf], "[inf]": [np.inf], "[3600, inf, 1.0]": [3600.0, 1.0, np.inf], "3600": [3600.0]}
+    assert dm.read_design(path).holding_time.values.tolist() == known.get(times, [1.0, 30.5, 60.0])
+
+
 def test_describes_itself(answers, tmp_path):
     assert answers.allowable_voltage.attrs["units"] == "V"
     assert answers.limit.attrs["flag_meanings"] == "none instability breakdown unresolved"
@@ -131,5 +139,5 @@ def test_what_is_wrong_with_a_specification_is_said(tmp_path, old, new, message)
     path = tmp_path / "spec.toml"
     path.write_text(SPEC.replace(old, new))
     with pytest.raises(ValueError, match=message) as caught:
-        read_design(path)
+        dm.read_design(path)
     assert "spec.toml" in str(caught.value)

@@ -46,3 +46,13 @@ def test_files_that_are_none_of_ours_or_no_map_are_refused(folder, capsys, verb,
     words = "is not a map: it does not hold the variables and attributes of a sweep"
     assert capsys.readouterr() == ("", f"dea-maps: error: {file}.nc {words}\n")
     assert sorted(path.suffix for path in folder.iterdir()) == [".nc"] * 4
+
+
+def test_a_design_for_good_alone_is_a_table_and_no_chart(folder, capsys):
+    (folder / "spec.toml").write_text('[material]\npreset = "VHB"\nthickness = 50e-6\n[design]\nholding_time = inf')
+    assert main(["design", "spec.toml"]) == 0
+    table = capsys.readouterr().out
+    assert "for good" in table
+    assert main(["design", "spec.toml", "-o", "chart.png"]) == 2
+    words = "a design chart needs two finite holding times or more; got 0"
+    assert capsys.readouterr() == (table, f"dea-maps: error: {words}\n")
