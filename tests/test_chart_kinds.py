@@ -11,40 +11,6 @@ from dea_maps import charts
 from dea_maps.chart_theory import agrees, outcome_in_theory
 
 
-@pytest.fixture(scope="module")
-def step():
-    return dm.sweep(dm.Step(), field=np.linspace(0.7, 2.5, 37), modulus_ratio=np.linspace(1.5, 6.0, 31))
-
-
-@pytest.fixture(scope="module")
-def cube():
-    fields, rates = np.linspace(0.8, 2.2, 15), np.geomspace(1e-3, 1e3, 15)
-    return dm.sweep(dm.RampHold(), field=fields, rate=rates, modulus_ratio=[2.0, 3.85, 6.0, 10.0])
-
-
-@pytest.fixture(scope="module")
-def ramp():
-    return dm.sweep(dm.Ramp(), rate=np.geomspace(1e-3, 1e3, 31), modulus_ratio=[1.5, 2.0, 4.0, 8.0])
-
-
-@pytest.fixture(scope="module")
-def films():
-    return dm.trajectory(dm.Step(), time=np.linspace(0, 8, 81), field=[0.9, 1.1, 1.5, 2.1], modulus_ratio=4.0)
-
-
-@pytest.fixture(scope="module")
-def designed():
-    time, films = np.geomspace(1.0, 1e9, 31), ["VHB, 100 um", "VHB, 50 um", "another, 50 um", "none, 1 um"]
-    voltage = np.outer([1600.0, 800.0, 790.0, np.nan], 1.0 + 0.9 / np.sqrt(1.0 + time / 200.0))
-    limit = np.zeros(voltage.shape, np.int8)
-    limit[0, :8] = 1
-    flags = {"flag_values": np.arange(3, dtype=np.int8), "flag_meanings": "instability breakdown unresolved"}
-    dims = ("film", "holding_time")
-    return xr.Dataset(
-        {"allowable_voltage": (dims, voltage), "limit": (dims, limit, flags)}, {"film": films, "holding_time": time}
-    )
-
-
 def physical(ds):
     return dm.physical(ds, dm.VHB, 100e-6)
 
