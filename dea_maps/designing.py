@@ -115,8 +115,11 @@ def design(
         "title": "Allowable voltages of dielectric-elastomer actuators",
         "source": f"dea_maps {version('dea-maps')}, root finding on the model of Zhao, Koh, Suo (2011)",
         "dea_maps_version": version("dea-maps"),
+        "history": f"dea_maps {version('dea-maps')}: design of {', '.join(films)}",
         "rtol": rtol,
     }
+    for name in ("holding_time", "thickness"):
+        ds[name].encoding["_FillValue"] = None
     return ds
 
 
