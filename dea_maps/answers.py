@@ -9,6 +9,7 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from .catalogue import LARGEST_RTOL, SMALLEST_RTOL
+from .nomenclature import flags
 from .parameters import ParameterLike, brief
 
 Array = npt.NDArray[np.float64]
@@ -145,14 +146,3 @@ def answer(
         about = {"long_name": f"what limits {name}", "units": "1"}
         ds["limit"] = (like.dims, limit.reshape(like.shape), {**about, **flags(LIMITS)})
     return ds
-
-
-def flags(words: tuple[str, ...]) -> dict[str, Any]:
-    """Return the CF attributes of a variable whose values 0, 1, 2, ... stand for words.
-
-    Examples
-    --------
-    >>> flags(("no", "yes"))["flag_meanings"]
-    'no yes'
-    """
-    return {"flag_values": np.arange(len(words), dtype=np.int8), "flag_meanings": " ".join(words)}

@@ -99,11 +99,6 @@ def sizes_in_words(ds: xr.Dataset) -> str:
     return ", ".join(f"{dim} {size}" for dim, size in ds["outcome"].sizes.items()) or "none"
 
 
-def evenly(number: int, most: int) -> npt.NDArray[np.intp]:
-    """Return at most so many indices below a number, evenly spread from the first to the last."""
-    return np.linspace(0, number - 1, min(number, most)).round().astype(np.intp)
-
-
 def on_log_axis(values: Floats) -> bool:
     """Tell whether rising values suit a logarithmic axis: log-spaced, over a decade or more."""
     return log_spaced(values) and bool(values[-1] >= 10.0 * values[0])

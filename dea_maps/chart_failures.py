@@ -7,11 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from .chart_choices import check_choice
-from .chart_data import drawable, evenly, on_log_axis, parameters_along, sizes_in_words
+from .chart_data import drawable, on_log_axis, parameters_along, sizes_in_words
 from .chart_layout import add_heading, axes_for, line_width
 from .chart_lines import curve_style
 from .chart_theory import FAILS_LATER, PROGRAMS
 from .chart_units import Shown, shown, title_of, units_of
+from .cuts import evenly
 
 VARIABLES = ("time_to_failure", "critical_stretch", "critical_field")
 """What `failure_curves` can draw."""

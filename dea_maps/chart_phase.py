@@ -8,13 +8,14 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from .chart_data import drawable, evenly, parameters_along, sizes_in_words
+from .chart_data import drawable, parameters_along, sizes_in_words
 from .chart_isochrones import Span, bar_ticks, draw_isolines, isochrone_levels, time_span
 from .chart_layout import add_colour_bar, add_heading, axes_for, figure_of, new_axes, settle, text_size
 from .chart_plane import Plane, plane_of, set_axes
 from .chart_regions import COLOURS, LOOKS, name_regions, paint_regions, paint_values, patches
 from .chart_theory import FAILS_LATER
 from .chart_units import Shown, shown, time_in_words, title_of, units_of
+from .cuts import evenly
 
 Floats = npt.NDArray[np.float64]
 

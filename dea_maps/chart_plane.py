@@ -7,9 +7,10 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
-from .chart_data import evenly, flagged, on_log_axis
+from .chart_data import flagged, on_log_axis
 from .chart_theory import UNRESOLVED, Outcomes, agrees, limits, outcome_in_theory
 from .chart_units import Shown, shown
+from .cuts import evenly
 from .nomenclature import OUTCOMES
 
 Floats = npt.NDArray[np.float64]

@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from .chart_choices import check_choice
-from .chart_data import check_variables, evenly, flagged, on_log_axis, varying
+from .chart_data import check_variables, flagged, on_log_axis, varying
 from .chart_layout import add_heading, axes_for, line_width, text_size
 from .chart_lines import MARKERS, curve_style
 from .chart_units import Shown, shown, title_of, units_of
+from .cuts import evenly
 
 _AT_FAILURE = {
     "stretch": "critical_stretch",

@@ -1,9 +1,10 @@
-"""Grids cut into parts of consecutive cells: for threads, for files on disk, for chunks within a file."""
+"""Grids cut into parts of consecutive cells, for threads, for files on disk, for chunks within a file; and thinned."""
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 Index = tuple[int | np.integer | slice, ...]
 
@@ -103,3 +104,8 @@ def cut(shape: tuple[int, ...], most: int, finer: Cut | None = None) -> Cut:
     if finer is not None and finer.axis == axis:
         rows = finer.rows * max(rows // finer.rows, 1)
     return Cut(shape, axis, rows)
+
+
+def evenly(number: int, most: int) -> npt.NDArray[np.intp]:
+    """Return at most so many indices below a number, evenly spread from the first to the last."""
+    return np.linspace(0, number - 1, min(number, most)).round().astype(np.intp)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from .catalogue import Choice
 from .grid import Grid
-from .nomenclature import OUTCOMES, VARIABLES, cf_attributes
+from .nomenclature import OUTCOMES, VARIABLES, cf_attributes, flags
 
 if TYPE_CHECKING:
     from .solve import Solution
@@ -154,9 +154,4 @@ def _in_words(values: npt.NDArray[np.float64]) -> str:
 def _variable_attributes(name: str) -> dict[str, Any]:
     if name != "outcome":
         return {**cf_attributes(name), "ancillary_variables": "outcome"}
-    return {
-        **cf_attributes(name),
-        "standard_name": "status_flag",
-        "flag_values": np.arange(len(OUTCOMES), dtype=np.int8),
-        "flag_meanings": " ".join(OUTCOMES),
-    }
+    return {**cf_attributes(name), "standard_name": "status_flag", **flags(OUTCOMES)}

@@ -8,16 +8,16 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from .answers import BREAKDOWN, INSTABILITY, LIMITS, UNKNOWN_LIMIT, broadcast, flags
-from .catalogue import choose
+from .answers import BREAKDOWN, INSTABILITY, LIMITS, UNKNOWN_LIMIT, broadcast
 from .first_limit import stretch_at
 from .inverse import allowable_field
 from .material import Material
 from .material_table import material_of
+from .nomenclature import flags
 from .parameters import ParameterLike, brief
 from .programs import Step
 from .si_units import check_film
-from .solve import SURVIVES, solve
+from .solve import SURVIVES, solve_auto
 from .storage import PathLike
 from .tables import check_keys, check_number, read_toml, values_of
 
@@ -127,7 +127,7 @@ def _farthest(material: Material, field: Array, limit: npt.NDArray[np.int8], rto
     """Return the stretch of films at the limit of what they outlast."""
     known = ~np.isnan(field)
     cells = {"field": field[known], "modulus_ratio": np.full(known.sum(), material.modulus_ratio)}
-    ends = solve(Step(), cells, choose(Step(), "auto", "auto", rtol, None))
+    ends = solve_auto(Step(), cells, rtol)
     stretch = np.full(field.shape, np.nan)
     stretch[known] = np.where(ends.outcome == SURVIVES, ends.final_stretch, ends.critical_stretch)
     broken = limit == BREAKDOWN

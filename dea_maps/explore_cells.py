@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from .chart_data import drawable, evenly, log_spaced, parameters_along, sizes_in_words
+from .chart_data import drawable, log_spaced, parameters_along, sizes_in_words
+from .cuts import evenly
 from .nomenclature import NOMENCLATURE, OUTCOMES, PARAMETERS
 from .programs import PROGRAMS, Program
 

@@ -13,16 +13,14 @@ from .answers import (
     LIMITS,
     NO_LIMIT,
     UNKNOWN_LIMIT,
-    flags,
     roots,
     tight_rtol,
 )
-from .catalogue import choose
 from .grid import make_grid
-from .nomenclature import cf_attributes
+from .nomenclature import cf_attributes, flags
 from .parameters import brief
 from .programs import PROGRAMS, Program, Step
-from .solve import SURVIVES, UNRESOLVED, applied_field, solve, trace
+from .solve import SURVIVES, UNRESOLVED, applied_field, solve_auto, trace
 from .strength import Strength, StrengthOf, check_strength, excess, strength_of
 
 Array = npt.NDArray[np.float64]
@@ -100,7 +98,7 @@ def _first_limits(
     program: Program, cells: Cells, strength: StrengthOf, tight: float
 ) -> tuple[npt.NDArray[np.int8], dict[str, Array]]:
     """Return the first limit of scattered films, and time, stretch and nominal field at breakdown."""
-    found = solve(program, cells, choose(program, "auto", "auto", tight, None))
+    found = solve_auto(program, cells, tight)
     survives = found.outcome == SURVIVES
     stretch = np.where(survives, found.final_stretch, found.critical_stretch)
     field = np.where(survives, cells.get("field", np.nan), found.critical_field)

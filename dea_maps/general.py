@@ -18,7 +18,7 @@ from .free_energy import (
 from .general_path import DISSIPATED, TIME, WORK
 from .general_run import Life, Loads, live, sampled
 from .load_history import Load, as_history
-from .nomenclature import OUTCOMES, cf_attributes
+from .nomenclature import OUTCOMES, cf_attributes, flags
 from .parameters import BOUNDS, Bound, brief, check_values
 from .trajectories import checked_times
 
@@ -159,12 +159,8 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float) -> xr.Dat
     at_rest = {"final_stretch_1": last.stretch_1, "final_stretch_2": last.stretch_2}
     numbers = {name: value if failed else np.nan for name, value in at_failure.items()}
     numbers |= {name: value if outcome == "survives" else np.nan for name, value in at_rest.items()}
-    flags = {
-        "standard_name": "status_flag",
-        "flag_values": np.arange(len(OUTCOMES), dtype=np.int8),
-        "flag_meanings": " ".join(OUTCOMES),
-    }
-    ds = xr.Dataset({"outcome": ((), np.int8(life.outcome), {**cf_attributes("outcome"), **flags})})
+    described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flags(OUTCOMES)}
+    ds = xr.Dataset({"outcome": ((), np.int8(life.outcome), described)})
     for name, values in along.items():
         ds[name] = ("time", values, cf_attributes(name))
     for name, value in numbers.items():

@@ -26,10 +26,9 @@ from .answers import (
     roots,
     tight_rtol,
 )
-from .catalogue import choose
 from .parameters import ParameterLike
-from .programs import Program, Ramp, Step
-from .solve import SURVIVES, Solution, solve, trace
+from .programs import Ramp, Step
+from .solve import SURVIVES, solve_auto, trace
 from .solve import UNRESOLVED as UNRESOLVED_CELL
 from .strength import Strength, StrengthOf, check_strength, excess, strength_of
 
@@ -86,7 +85,7 @@ def allowable_field(
         return 1.0 + (np.sqrt(m) - 1.0) * s * s  # the time to failure grows like 1/s
 
     def outlasts(s: Array, m: Array, wanted: Array) -> Array:
-        time = _swept(Step(), tight, field=field_of(s, m), modulus_ratio=m).time_to_failure
+        time = solve_auto(Step(), {"field": field_of(s, m), "modulus_ratio": m}, tight).time_to_failure
         return np.where(np.isnan(time), 0.5, time / (time + wanted) - 0.5)
 
     inner = np.isfinite(wanted) & (wanted > 0.0) & (m > 1.0)
@@ -105,7 +104,7 @@ def _or_breakdown(
 ) -> tuple[Array, Flags, Flags]:
     """Return the largest fields that films also outlast without breaking down, from those that they outlast."""
     tight = tight_rtol(rtol)
-    at_limit = _swept(Step(), tight, field=field, modulus_ratio=m)
+    at_limit = solve_auto(Step(), {"field": field, "modulus_ratio": m}, tight)
     farthest = np.where(at_limit.outcome == SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)
     check_strength(strength, farthest)
 
@@ -113,7 +112,7 @@ def _or_breakdown(
         cells = {"field": field, "modulus_ratio": m}
         ends = np.where(np.isinf(lifetime), 0.0, lifetime)[:, np.newaxis]
         stretch = trace(Step(), cells, ends, tight)[0][:, 0]
-        relaxed = _swept(Step(), tight, **cells).final_stretch
+        relaxed = solve_auto(Step(), cells, tight).final_stretch
         stretch = np.where(np.isinf(lifetime), relaxed, stretch)
         return np.where(np.isnan(stretch), 1.0, excess(strength, field, stretch))  # beyond the instability
 
@@ -165,13 +164,14 @@ def allowable_rate(
     m, wanted = ratio.values.ravel(), aim.values.ravel()
 
     def reaches(log_rate: Array, m: Array, wanted: Array) -> Array:
-        ds = _swept(Ramp(), tight, rate=np.exp(log_rate), modulus_ratio=m)
+        ds = solve_auto(Ramp(), {"rate": np.exp(log_rate), "modulus_ratio": m}, tight)
         return np.asarray(ds.critical_stretch / wanted - 1.0)
 
     low, high = np.full_like(m, np.log(SLOWEST)), np.full_like(m, np.log(FASTEST))
     slow, fast = reaches(low, m, wanted), reaches(high, m, wanted)
     # Just above the relaxed critical field, a constant one lets the film get as far as the slowest ramp.
-    farthest = _swept(Step(), tight, field=np.full_like(m, np.nextafter(1.0, 2.0)), modulus_ratio=m).critical_stretch
+    just_above = {"field": np.full_like(m, np.nextafter(1.0, 2.0)), "modulus_ratio": m}
+    farthest = solve_auto(Step(), just_above, tight).critical_stretch
     always = wanted <= _ELASTIC_STRETCH
     inner = (slow > 0.0) & (fast < 0.0) & ~always
     log_rate, reason = roots(reaches, low, high, inner, (m, wanted), xrtol=0.1 * rtol)
@@ -208,7 +208,8 @@ def _rate_or_breakdown(
     inner = broken & (fastest > slowest)
     inner[inner] = reaches(slowest[inner], *(argument[inner] for argument in arguments)) > 0.0
     lower, why = roots(reaches, slowest, fastest, inner, arguments, xatol=0.1 * rtol)
-    relaxed = _swept(Step(), tight, field=largest, modulus_ratio=m).final_stretch  # NaN: it fails, in the end
+    # NaN: held there, the film fails in the end.
+    relaxed = solve_auto(Step(), {"field": largest, "modulus_ratio": m}, tight).final_stretch
     outside = np.where(relaxed <= wanted, NEVER, BEYOND)
     reason = np.where(broken, np.where(inner, why, outside), reason).astype(np.int8)
     cases = [broken, reason == ALWAYS, reason == ANSWERED]
@@ -258,7 +259,7 @@ def reachable_stretch(
     tight = tight_rtol(rtol)
     cells = {"field": held.values.ravel(), "modulus_ratio": ratio.values.ravel()}
     until, for_good = end.values.ravel(), np.isinf(end.values.ravel())
-    film = _swept(Step(), tight, **cells)
+    film = solve_auto(Step(), cells, tight)
     stretch = trace(Step(), cells, np.where(for_good, 0.0, until)[:, np.newaxis], tight)[0][:, 0]
     stretch = np.where(for_good, film.final_stretch, stretch)
     lost = [film.outcome == UNRESOLVED_CELL, film.time_to_failure <= until, np.isnan(stretch)]
@@ -270,8 +271,3 @@ def reachable_stretch(
         breaks = excess(limit, np.where(reason == NEVER, film.critical_field, cells["field"]), most) > 0.0
         reason[breaks] = BREAKS_DOWN
     return answer("reachable_stretch", stretch, reason, held, "stretch after the field was held")
-
-
-def _swept(program: Program, rtol: float, **cells: Array) -> Solution:
-    """Sweep scattered cells."""
-    return solve(program, cells, choose(program, "auto", "auto", rtol, None))

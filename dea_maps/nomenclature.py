@@ -6,7 +6,9 @@ relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so al
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 
 class Quantity(NamedTuple):
@@ -193,6 +195,17 @@ def cf_attributes(name: str) -> dict[str, str]:
     """
     quantity = NOMENCLATURE[name]
     return {"long_name": quantity.long_name, "units": quantity.units}
+
+
+def flags(words: tuple[str, ...]) -> dict[str, Any]:
+    """Return the CF attributes of a variable whose values 0, 1, 2, ... stand for words.
+
+    Examples
+    --------
+    >>> flags(("no", "yes"))["flag_meanings"]
+    'no yes'
+    """
+    return {"flag_values": np.arange(len(words), dtype=np.int8), "flag_meanings": " ".join(words)}
 
 
 def axis_label(name: str) -> str:

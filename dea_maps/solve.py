@@ -102,6 +102,11 @@ def solve(
     return Solution(outcome.reshape(shape), *columns)
 
 
+def solve_auto(program: Program, parameters: Mapping[str, NDArray[np.float64]], rtol: float) -> Solution:
+    """Compute every cell by what is fastest at this accuracy, see `solve`."""
+    return solve(program, parameters, choose(program, "auto", "auto", rtol, None))
+
+
 def trace(
     program: Program,
     parameters: Mapping[str, NDArray[np.float64]],
@@ -129,7 +134,7 @@ def trace(
     cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
     kernel = build.trajectory(program.name)
     stretch, internal = np.empty((2, cells, shape[-1]))
-    ends = solve(program, parameters, choose(program, "auto", "auto", rtol, None))
+    ends = solve_auto(program, parameters, rtol)
     lifetimes = np.nan_to_num(ends.time_to_failure)
     per_cell = np.minimum(times, _relaxed_by(parameters, ends.final_stretch)[..., np.newaxis])
 

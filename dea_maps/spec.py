@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .cuts import evenly
 from .material import Material
 from .material_table import material_of
 from .nomenclature import PARAMETERS
@@ -97,8 +98,7 @@ def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
     fewer = dict(parameters)
     for name, values in parameters.items():
         if isinstance(values, list | np.ndarray) and len(values) > most:
-            chosen = np.linspace(0, len(values) - 1, most).round().astype(int)
-            fewer[name] = [values[i] for i in chosen]
+            fewer[name] = [values[i] for i in evenly(len(values), most)]
     return fewer
 
 

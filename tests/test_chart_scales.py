@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from dea_maps.chart_data import evenly, log_spaced
+from dea_maps.chart_data import log_spaced
 from dea_maps.chart_isochrones import isochrone_levels, time_span
 from dea_maps.chart_regions import COLOURS
+from dea_maps.cuts import evenly
 
 
 def test_colours_rise_in_luminance():

@@ -7,8 +7,6 @@ agreement.png, their data beside them as .nc, and tension.csv, and prints the ta
 """
 
 import argparse
-import os
-import platform
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,12 +14,11 @@ import agreement
 import charts
 import decision
 import films
-import numba
 import numpy as np
-import scipy
 import tables
 
 import dea_maps as dm
+from dea_maps.machine import describe_machine
 from dea_maps.tension_curves import read_curves
 
 HERE = Path(__file__).resolve().parent
@@ -82,18 +79,7 @@ def main() -> None:
     data |= {"map": broken[list(films.KEPT)]}
     for name, ds in data.items():
         ds.to_netcdf(folder / f"{name}.nc")
-    print_machine()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+    print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
 if __name__ == "__main__":

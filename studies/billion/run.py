@@ -7,7 +7,6 @@ runs ``dea-maps sweep`` on ramp_hold.toml beside this file, watches it, and writ
 
 import argparse
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -18,12 +17,11 @@ from pathlib import Path
 import matplotlib as mpl
 
 mpl.use("Agg")
-import numba
 import numpy as np
 import xarray as xr
 from matplotlib import pyplot as plt
 
-import dea_maps as dm
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 VARIABLES = ("outcome", "time_to_failure", "critical_stretch")
@@ -131,13 +129,7 @@ def report(watched: xr.Dataset) -> None:
     print(f"{cells:,} cells in {seconds:.1f} s: {cells / seconds:.3g} cells a second, on all cores")
     print(f"largest resident memory {float(watched.memory.max()):.0f} MiB")
     print(f"file {watched.attrs['file_bytes'] / 1e9:.3g} GB for {cells * CELL_BYTES / 1e9:.3g} GB of values")
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "Numba": numba.__version__}
-    versions["dea_maps"] = dm.__version__
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+    print(describe_machine("NumPy", "Numba", "dea_maps"))
 
 
 if __name__ == "__main__":

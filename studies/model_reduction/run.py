@@ -6,19 +6,15 @@ writes cost.png, unequal.png and model_reduction.nc and prints every table behin
 """
 
 import argparse
-import os
-import platform
 from pathlib import Path
 
 import amounts
 import charts
 import modes
-import numba
 import numpy as np
-import scipy
 import xarray as xr
 
-import dea_maps as dm
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]
@@ -48,7 +44,7 @@ def main() -> None:
     print_amounts(data)
     print_modes()
     print_unequal(unequal)
-    print_machine()
+    print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
 def print_amounts(data: xr.Dataset) -> None:
@@ -98,17 +94,6 @@ def print_unequal(data: xr.Dataset) -> None:
             cells = [f"{float(part[name]):.1e}" for name in ("apart", "error_stretch", "error_time")]
             print(f"| {case} | {difference:g} |", " | ".join(cells), "|")
     print()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
 
 
 if __name__ == "__main__":

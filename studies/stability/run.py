@@ -6,8 +6,6 @@ writes fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints h
 """
 
 import argparse
-import os
-import platform
 from collections.abc import Callable
 from pathlib import Path
 
@@ -15,18 +13,16 @@ import charts
 import drift
 import laws
 import limits
-import numba
 import numpy as np
 import ours
-import scipy
 import theirs
 import xarray as xr
 from numpy.typing import NDArray
 from scenes import SCENES, Scene
 from verdicts import NOT_SERVED, WORDS
 
-import dea_maps as dm
 from dea_maps.kernels.tableaus import TABLEAUS
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]
@@ -73,7 +69,7 @@ def main() -> None:
     for data in (adaptive, foreign):
         laws.print_silence(data, theory)
     print_drift(drifted)
-    print_machine()
+    print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
 def atlas(
@@ -175,17 +171,6 @@ def print_drift(data: xr.Dataset) -> None:
                 error = float(part.failure / part.truth - 1.0)
                 print(f"| {field} | {solver} | {form} | {float(part.residual.max()):.1e} | {error:.1e} |")
     print()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
 
 
 if __name__ == "__main__":

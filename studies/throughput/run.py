@@ -6,18 +6,13 @@ writes throughput.nc, sizes.png, limits.png and starts.png, and prints the table
 """
 
 import argparse
-import os
-import platform
 from pathlib import Path
 
 import charts
 import measure
-import numba
-import numpy as np
-import scipy
 import xarray as xr
 
-import dea_maps as dm
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
@@ -49,7 +44,7 @@ def main() -> None:
     charts.starts(data, options.output / "starts.png")
     print_sizes(data)
     print_limits(data)
-    print_machine()
+    print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
 def print_sizes(data: xr.Dataset) -> None:
@@ -92,17 +87,6 @@ def print_limits(data: xr.Dataset) -> None:
     for program in data.limited.values:
         print(f"\n{program}: {float(data.evaluations_alone.sel(limited=program)):.2e} evaluations/s alone", end="")
     print("\n")
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
 
 
 if __name__ == "__main__":

@@ -6,20 +6,16 @@ writes tolerance, cost and random as .nc, tolerance.png, regimes.png and cost.pn
 """
 
 import argparse
-import os
-import platform
 from pathlib import Path
 
 import charts
 import cost
 import measure
-import numba
 import numpy as np
 import scatter
-import scipy
 import xarray as xr
 
-import dea_maps as dm
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 DECADES = range(3, 13)
@@ -57,7 +53,7 @@ def main() -> None:
     cells, silent = scatter.measure(QUICK_RANDOM_CELLS if options.quick else RANDOM_CELLS, rtols)
     cells.to_netcdf(options.output / "random.nc")
     print_random(cells, silent)
-    print_machine()
+    print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
 def print_methods(data: xr.Dataset) -> None:
@@ -143,17 +139,6 @@ def print_random(data: xr.Dataset, silent: list[scatter.Silent]) -> None:
         given = ", ".join(f"{key} {value!r}" for key, value in cell.given.items())
         print(f"- {cell.program} at rtol {cell.rtol:g}: {given}")
     print()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"Numba": numba.__version__, "dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
 
 
 if __name__ == "__main__":

@@ -7,9 +7,6 @@ where they are installed: pip install -e '.[peers]'. SciPy and NumPy are always 
 """
 
 import argparse
-import importlib.metadata
-import os
-import platform
 from pathlib import Path
 
 import charts
@@ -19,6 +16,8 @@ import numpy as np
 import xarray as xr
 from scenes import SCENES, SIZES
 from truth import against_reference, doubt
+
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 LIBRARIES = ("dea_maps", "numba", "numpy", "scipy", "heyoka", "CyRK", "diffrax", "jax")
@@ -43,7 +42,7 @@ def main() -> None:
         print_scene(data, name)
     print_posing(data)
     print_truth(data, SIZES[0] if options.quick else SIZES[1])
-    print_machine()
+    print(describe_machine(*LIBRARIES))
 
 
 def print_scene(data: xr.Dataset, scene: str) -> None:
@@ -89,21 +88,6 @@ def print_truth(data: xr.Dataset, number: int) -> None:
         sample = against_reference(SCENES[name], number)
         print(f"| {name} | {doubt(SCENES[name], number):.1e} |", "-" if sample is None else f"{sample:.1e}", "|")
     print()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version()}
-    for name in LIBRARIES:
-        try:
-            versions[name] = importlib.metadata.version(name)
-        except importlib.metadata.PackageNotFoundError:
-            versions[name] = "not installed"
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
 
 
 if __name__ == "__main__":

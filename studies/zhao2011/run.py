@@ -7,17 +7,14 @@ prints the table of claims of README.md.
 """
 
 import argparse
-import os
-import platform
 from pathlib import Path
 
 import charts
 import numpy as np
 import scenes
-import scipy
 import xarray as xr
 
-import dea_maps as dm
+from dea_maps.machine import describe_machine
 
 HERE = Path(__file__).resolve().parent
 
@@ -50,18 +47,7 @@ def main() -> None:
     for claim in claims:
         print("|", " | ".join([claim.where, claim.says, claim.computed, "yes" if claim.holds else "no"]), "|")
     print(f"\nfive states against one equibiaxial film, at failure: {scenes.full_against_reduced():.1e} at worst\n")
-    print_machine()
-
-
-def print_machine() -> None:
-    """Print the processor, the number of cores and the versions."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    print(f"machine: {models[0] if models else platform.processor() or platform.machine()}, {os.cpu_count()} cores")
-    versions = {"Python": platform.python_version(), "NumPy": np.__version__, "SciPy": scipy.__version__}
-    versions |= {"dea_maps": dm.__version__}
-    print("versions:", ", ".join(f"{name} {version}" for name, version in versions.items()))
+    print(describe_machine("NumPy", "SciPy", "dea_maps"))
 
 
 if __name__ == "__main__":
