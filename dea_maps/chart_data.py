@@ -110,3 +110,27 @@ def log_spaced(values: Floats) -> bool:
         return False
     gaps, ratios = np.diff(values), np.diff(np.log(values))
     return bool(ratios.std() * gaps.mean() < gaps.std() * ratios.mean())
+
+
+def cell_edges(values: Floats, log: bool) -> Floats:
+    """Return where cells around rising centres meet: half way between them; the outer cells end at their centres.
+
+    Parameters
+    ----------
+    values : (n,) ndarray
+        The centres.
+    log : bool
+        Whether half way is on a logarithmic scale.
+
+    Returns
+    -------
+    (n + 1,) ndarray
+
+    Examples
+    --------
+    >>> cell_edges(np.array([1.0, 4.0, 16.0]), log=True).round(9).tolist()
+    [1.0, 2.0, 8.0, 16.0]
+    """
+    scaled = np.log(values) if log else values
+    between = 0.5 * (scaled[1:] + scaled[:-1])
+    return np.concatenate([values[:1], np.exp(between) if log else between, values[-1:]])

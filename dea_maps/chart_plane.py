@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
-from .chart_data import flagged, on_log_axis
+from .chart_data import cell_edges, flagged, on_log_axis
 from .chart_theory import UNRESOLVED, Outcomes, agrees, limits, outcome_in_theory
 from .chart_units import Shown, shown
 from .cuts import evenly
@@ -152,7 +152,7 @@ def set_axis(ax: Axes, which: str, quantity: Shown) -> Floats:
     Returns
     -------
     (n + 1,) ndarray
-        Half way between the centres on the scale of the axis; the outer cells end at their centres.
+        From `cell_edges`, on the scale of the axis.
     """
     values = quantity.values.values
     log = on_log_axis(values)
@@ -163,10 +163,7 @@ def set_axis(ax: Axes, which: str, quantity: Shown) -> Floats:
             f"{which}lim": (values[0], values[-1]),
         }
     )
-    scaled = np.log(values) if log else values
-    edges = np.concatenate([scaled[:1], 0.5 * (scaled[1:] + scaled[:-1]), scaled[-1:]])
-    # The ends themselves, not what exp(log()) makes of them.
-    return np.concatenate([values[:1], (np.exp(edges) if log else edges)[1:-1], values[-1:]])
+    return cell_edges(values, log)
 
 
 def move_edge(edges: Floats, values: Floats, survived: float) -> None:

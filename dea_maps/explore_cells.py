@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from .chart_data import drawable, log_spaced, parameters_along, sizes_in_words
+from .chart_data import cell_edges, drawable, log_spaced, parameters_along, sizes_in_words
 from .cuts import evenly
-from .nomenclature import NOMENCLATURE, OUTCOMES, PARAMETERS
+from .nomenclature import NOMENCLATURE, PARAMETERS
 from .programs import PROGRAMS, Program
 
 Floats = npt.NDArray[np.float64]
@@ -226,16 +226,10 @@ def fixed_parameters(cells: Cells) -> dict[str, float]:
 
 
 def edges(axis: Axis) -> tuple[Floats, bool]:
-    """Return the edges of the cells along an axis, and whether it is a log axis.
-
-    They are half way between the values; the outer cells end at theirs.
-    """
+    """Return the edges of the cells along an axis, and whether it is a log axis."""
     values = axis.values[axis.shown]
     log = log_spaced(values)
-    scaled = np.log(values) if log else values
-    between = (scaled[1:] + scaled[:-1]) / 2
-    between = np.exp(between) if log else between
-    return np.concatenate([values[:1], between, values[-1:]]), log
+    return cell_edges(values, log), log
 
 
 def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:
@@ -260,11 +254,6 @@ def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:
         kind = np.int8 if name == "outcome" else np.float32
         found[str(name)] = (array.values.ravel() * scale).astype(kind)
     return found
-
-
-def in_words(outcome: int) -> str:
-    """Return an outcome in words."""
-    return OUTCOMES[outcome].replace("_", " ")
 
 
 def _program_of(ds: xr.Dataset) -> Program:

@@ -11,8 +11,8 @@ from bokeh.themes import Theme
 from matplotlib.colors import to_hex
 
 from .chart_isochrones import time_span
-from .chart_regions import COLOURS, LOOKS
-from .explore_cells import Cells, edges, in_words, plain_label
+from .chart_regions import COLOURS, LOOKS, words_for
+from .explore_cells import Cells, edges, plain_label
 from .solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
 
 _MEANT = {SURVIVES: ("final_",), FAILS_LATER: ("time_", "seconds_", "critical_"), FAILS_AT_ONCE: ("critical_",)}
@@ -151,7 +151,7 @@ def legend(cells: Cells) -> list[tuple[str, str]]:
         if outcome != FAILS_LATER:
             looks = _looks(outcome, "", None)
             stripes = f"{looks.get('hatch_color', looks['fill_color'])} 0 1px, {looks['fill_color']} 1px 5px"
-            backgrounds.append((in_words(outcome), f"repeating-linear-gradient(120deg, {stripes})"))
+            backgrounds.append((words_for(outcome), f"repeating-linear-gradient(120deg, {stripes})"))
     return backgrounds
 
 
@@ -173,7 +173,7 @@ def _pointer(cells: Cells, outcome: int, drawn: "GlyphRenderer[Any]") -> HoverTo
     shown = [(plain_label(name), f"@{name}{{%.4g}}") for name in (*parameters, *variables)]
     return HoverTool(
         renderers=[drawn],
-        tooltips=[("outcome", in_words(outcome)), *shown],
+        tooltips=[("outcome", words_for(outcome)), *shown],
         formatters=_formatted(*parameters, *variables),
         visible=False,
     )
