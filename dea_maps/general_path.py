@@ -10,14 +10,14 @@ The equations of state (18) to (20) are integrated, not solved: what the state h
 `_RETURN` per relaxation time, so that a long stay near the instability cannot amplify it.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf, nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.integrate import solve_ivp
+from scipy.integrate import DOP853, DenseOutput, OdeSolution, OdeSolver, Radau, solve_ivp
+from scipy.optimize import brentq
 
 from .free_energy import State, coupling, equations_of_state, flow, hessian, scaled_hessian
 
@@ -31,12 +31,13 @@ REFERENCE = (1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 
 _RETURN = 5.0  # per relaxation time, like the fastest flow: no stiffer than the model is
 _SAFETY = 0.02  # of the tolerance of the results, for that of a step
-_SMALLEST_TOLERANCE = 2.5e-14  # what solve_ivp accepts
+_SMALLEST_TOLERANCE = 2.5e-14  # what SciPy's methods accept
 _SLOW = 300.0  # relaxation times: an implicit method takes longer lines, and the wait for rest, in fewer steps
-_LONGEST = 1e5  # in s, for a hold; what has neither failed nor come to rest by then is unresolved
-_LONGEST_PER_TIME = 100.0  # in s per relaxation time, for what ends
+_MOST_EVALUATIONS = 200_000  # of the rates on a line, some seconds; a line that needs more is unresolved
 _SMALLEST_MOTION = 1e-13  # per relaxation time: less is rounding
 _DIFFERENCE = 1e-7  # of a Jacobian, relative
+_LOOKS = 4  # within a step, for an instability that is passed and left again
+_CLOSE = 0.1  # of the tolerance of the results: an instability so close to a corner of the load is not told from it
 _NEWTON_STEPS = 3
 _NEWTON_STEPS_TO_REST = 20
 
@@ -48,14 +49,14 @@ class Loading(NamedTuple):
     ----------
     start : tuple of float
         At the start of the line.
-    slope : tuple of float
-        Their rates, per relaxation time, or over the whole line where it is sudden.
+    end : tuple of float
+        At its end.
     held : tuple of bool
         For each direction, whether its stretch is prescribed instead of its stress.
     """
 
     start: tuple[float, float, float]
-    slope: tuple[float, float, float]
+    end: tuple[float, float, float]
     held: tuple[bool, bool]
 
 
@@ -65,17 +66,26 @@ class Leg:
 
     Attributes
     ----------
-    states : callable
-        Rows of the state, of shape (`ROWS`, ...), at values of ``s``.
+    pieces : callable
+        Rows of the state, of shape (`ROWS`, n), at n values of ``s``.
     nodes : ndarray
         Values of ``s`` at the steps.
     times : ndarray
         Times there, rising.
+    line : _Line
+        Its loads.
     """
 
-    states: Callable[[Array], Array]
+    pieces: OdeSolution
     nodes: Array
     times: Array
+    line: "_Line"
+
+    def states(self, s: Array) -> Array:
+        """Return rows of the state, of shape (`ROWS`, n), at values of ``s``."""
+        rows = np.asarray(self.pieces(s))
+        rows[TIME] = self.line.time(rows[TIME])
+        return rows
 
 
 class End(NamedTuple):
@@ -87,81 +97,99 @@ class End(NamedTuple):
         The last state.
     why : {"arrived", "unstable", "at rest", "given up"}
         What stopped it.
+    close : bool
+        Whether it arrived so close to an instability, or became unstable so close to its end, that the two cannot be
+        told apart at this accuracy; the last state is then that at the instability, and it has arrived.
     """
 
     rows: Array
     why: str
+    close: bool = False
 
 
-def follow(
-    rows: Array, loading: Loading, duration: float, p: float, rtol: float, *, sudden: bool = False
-) -> tuple[Leg | None, End]:
-    """Integrate along a straight line of loads.
+def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float) -> tuple[Leg | None, End]:
+    """Integrate along a straight line of loads, up to its end and no further.
+
+    An instability counts only if it comes before the end of the line. A step that passes it has the largest time of
+    its branch there; if that is more than the end of the line, the line ends first.
 
     Parameters
     ----------
     rows : ndarray of shape (ROWS,)
         Where to start, in equilibrium with the loads there.
     loading : Loading
-        The loads; in a sudden line all change in proportion while the dashpot stands still.
+        The loads.
     duration : float
-        In relaxation times, or infinite: then until the film fails or its dashpot rests. 1 where sudden.
+        In relaxation times; 0 for a sudden change, in which all loads change in proportion while the dashpot stands
+        still; infinite for a hold until the film fails or its dashpot rests.
     p : float
         Modulus ratio less one.
     rtol : float
         Relative error allowed.
-    sudden : bool
-        Whether it takes no time.
 
     Returns
     -------
     leg : Leg or None
-        What was integrated; None where it ended before it began.
+        What was integrated; None where it takes no time.
     end : End
     """
-    line = _Line(loading, 0.0 if sudden else float(rows[TIME]), p, viscous=not sudden)
-    kept_time = rows[TIME]
-    if sudden:
-        rows = rows.copy()
-        rows[TIME] = 0.0
-    target = rows[TIME] + duration
-
-    def arrival(_: float, y: Array) -> float:
-        return float(target - y[TIME])
-
-    def stability(_: float, y: Array) -> float:
-        return line.phi(y)
-
+    since = float(rows[TIME])
+    line = _Line(loading, since, duration, p)
+    rows = rows.copy()
+    rows[TIME] = 0.0
     resting = max(rtol / (1.0 + p), _SMALLEST_MOTION)  # a film of large modulus ratio is slow, not at rest
-
-    def motion(_: float, y: Array) -> float:
-        return float(np.abs(flow(State(*y[:TIME].tolist()))).sum() - resting)
-
-    ends = {"unstable": stability, **({"arrived": arrival} if duration < inf else {"at rest": motion})}
-    if duration == inf and motion(0.0, rows) <= 0.0:
-        return None, _at_rest(rows, loading, rtol)
-    for event in ends.values():
-        event.terminal = True  # type: ignore[attr-defined]
-        event.direction = -1.0  # type: ignore[attr-defined]
+    if duration == inf and line.motion(rows) <= resting:
+        return None, _at_rest(line.dated(rows), loading, rtol)
     tolerance = max(_SAFETY * rtol, _SMALLEST_TOLERANCE)
-    options: dict[str, Any] = {"rtol": tolerance, "atol": tolerance}
+    method, options = DOP853, {"rtol": tolerance, "atol": tolerance}
     if duration > _SLOW:
-        options |= {"method": "Radau", "jac": line.jacobian}
-    else:
-        options["method"] = "DOP853"
-    longest = _LONGEST + (_LONGEST_PER_TIME * duration if duration < inf else 0.0)
+        method, options = Radau, {**options, "jac": line.jacobian}
+    nodes, states, pieces = [0.0], [rows], []
+
+    def ended(rows: Array, why: str, close: bool = False) -> tuple[Leg | None, End]:
+        rows = line.dated(rows)
+        leg = None
+        if duration > 0.0 and pieces:
+            times = np.maximum.accumulate(line.time(np.array([state[TIME] for state in states])))
+            times[-1] = max(times[-2], rows[TIME])
+            leg = Leg(OdeSolution(nodes, pieces), np.array(nodes), times, line)
+        if why == "at rest":
+            return leg, _at_rest(rows, loading, rtol)
+        return leg, End(rows, why, close)
+
     with np.errstate(all="ignore"):  # a trial step may go anywhere: it is rejected
-        run = solve_ivp(line.rates, (0.0, longest), rows, events=list(ends.values()), dense_output=True, **options)
-    which = [name for name, found in zip(ends, run.t_events, strict=True) if found.size]
-    why = which[0] if run.status == 1 and which else "given up"
-    end = run.y[:, -1]
-    if why in {"unstable", "arrived"}:
-        end = line.land(run.t[-2], run.y[:, -2], run.t[-1], None if why == "unstable" else target, options)
-    if sudden:
-        end[TIME] = kept_time
-        return None, End(end, why)
-    leg = Leg(run.sol, run.t, run.y[TIME])
-    return leg, _at_rest(end, loading, rtol) if why == "at rest" else End(end, why)
+        try:
+            if not np.isfinite(line.rates(0.0, rows)).all():
+                return ended(rows, "given up")
+            solver = method(line.rates, 0.0, rows, inf, **options)
+            while True:
+                before = solver.y
+                solver.step()
+                if solver.status == "failed":
+                    return ended(before, "given up")
+                piece = solver.dense_output()
+                pieces.append(piece)
+                nodes.append(solver.t)
+                states.append(solver.y)
+                landing = _Landing(line, method, options, piece, before)
+                passed = landing.first_unstable()
+                if passed is not None:
+                    s, last = landing.instability(passed)
+                    nodes[-1] = s
+                    states[-1] = last
+                    gap = last[TIME] - line.target
+                    if abs(gap) <= _CLOSE * rtol * line.scale:
+                        last[TIME] = line.target
+                        return ended(last, "arrived", close=True)
+                    if gap < 0.0:
+                        return ended(last, "unstable")
+                if states[-1][TIME] >= line.target:
+                    nodes[-1], states[-1] = landing.arrival(nodes[-1])
+                    return ended(states[-1], "arrived")
+                if duration == inf and line.motion(solver.y) <= resting:
+                    return ended(solver.y, "at rest")
+        except _TooMuchWork:
+            return ended(states[-1], "given up")
 
 
 def _at_rest(rows: Array, loading: Loading, rtol: float) -> End:
@@ -200,14 +228,46 @@ def _relaxed(values: Array) -> State[float]:
     return State(stretch_1, stretch_2, displacement, 1.0, 1.0)
 
 
-class _Line:
-    """Rates along a straight line of loads."""
+class _TooMuchWork(Exception):
+    """A line needs more evaluations of the rates than allowed."""
 
-    def __init__(self, loading: Loading, since: float, p: float, *, viscous: bool) -> None:
+
+class _Line:
+    """Rates along a straight line of loads.
+
+    Time is counted from its start, in relaxation times or, where the line is shorter than one, in its own length: so
+    a sudden change is a line of length 0, and a line as short as numbers can be is no different.
+    """
+
+    def __init__(self, loading: Loading, since: float, duration: float, p: float) -> None:
         self._loading = loading
         self._since = since
         self._p = p
-        self._viscous = viscous
+        self._evaluations = 0
+        self.unit = min(duration, 1.0)
+        self.target = 1.0 if duration <= 1.0 else duration
+        constant = loading.start == loading.end
+        self.scale = self.target + (since / self.unit if constant and self.unit > 0.0 else 0.0)
+        changes = (new - old for old, new in zip(loading.start, loading.end, strict=True))
+        self._slope = tuple(change / self.target for change in changes)
+
+    def time(self, elapsed: Any) -> Any:
+        """Return the time from the start of the loading."""
+        return self._since + self.unit * elapsed
+
+    def elapsed(self, times: Array) -> Array:
+        """Return times from the start of the loading as this line counts them."""
+        return (times - self._since) / self.unit
+
+    def dated(self, rows: Array) -> Array:
+        """Return a state with the time from the start of the loading."""
+        rows = rows.copy()
+        rows[TIME] = self._since if self.unit == 0.0 else self.time(rows[TIME])
+        return rows
+
+    def motion(self, y: Array) -> float:
+        """Return how fast the dashpot moves, per relaxation time."""
+        return float(np.abs(flow(State(*y[:TIME].tolist()))).sum())
 
     def phi(self, y: Array) -> float:
         """Return the determinant of the scaled Hessian."""
@@ -215,15 +275,25 @@ class _Line:
 
     def rates(self, _: float, y: Array) -> list[float]:
         """Return derivatives by ``s``: (12) by Cramer's rule, (21), (22), ``dt = phi ds``, work, (11)."""
-        values = y.tolist()
+        self._evaluations += 1
+        if self._evaluations > _MOST_EVALUATIONS:
+            raise _TooMuchWork
+        try:
+            return self._rates(y.tolist())
+        except (ZeroDivisionError, ValueError):  # out of what numbers can hold
+            return [nan] * ROWS
+
+    def _rates(self, values: list[float]) -> list[float]:
         state = State(*values[:TIME])
-        start, slope, held = self._loading
-        elapsed = values[TIME] - self._since
-        loads = [first + elapsed * rate for first, rate in zip(start, slope, strict=True)]
-        p = self._p
+        start, _, held = self._loading
+        slope = self._slope
+        loads = [first + values[TIME] * rate for first, rate in zip(start, slope, strict=True)]
+        p, unit = self._p, self.unit
         (root_1, root_2, root_3), c12, c13, c23, phi = scaled_hessian(state, p, held)
         s1, s2, field = equations_of_state(state, p)
-        x1, x2 = flow(state) if self._viscous else (0.0, 0.0)
+        x1, x2 = flow(state)
+        dissipated = unit * p * (x1 * x1 + x2 * x2)
+        x1, x2 = unit * x1, unit * x2
         c = coupling(state, p)
         # What (12) has on its other side, over the roots of the diagonal.
         b1 = slope[0] - c.c11 * x1 - c.c12 * x2 + _RETURN * (loads[0] - s1)
@@ -242,7 +312,7 @@ class _Line:
         if held[1]:
             d2, loads[1] = phi * slope[1], s2
         work = loads[0] * d1 + loads[1] * d2 + loads[2] * d3
-        return [d1, d2, d3, phi * x1, phi * x2, phi, work, phi * p * (x1 * x1 + x2 * x2)]
+        return [d1, d2, d3, phi * x1, phi * x2, phi, work, phi * dissipated]
 
     def jacobian(self, s: float, y: Array) -> Array:
         """Return derivatives of the rates by differences; of their own, since SciPy's overflow where all are zero."""
@@ -254,29 +324,76 @@ class _Line:
             matrix[:, column] = (np.asarray(self.rates(s, ahead)) - here) / (ahead[column] - y[column])
         return matrix
 
-    def land(self, before: float, rows: Array, s: float, target: float | None, options: dict[str, Any]) -> Array:
-        """Return the state at the instability, or at a time, better than interpolation finds it.
 
-        Parameters
-        ----------
-        before, rows : float and ndarray of shape (ROWS,)
-            The last step before it.
-        s : float
-            Where interpolation finds it.
-        target : float or None
-            The time, or None for the instability.
-        options : dict
-            Method and tolerances.
-        """
+class _Landing:
+    """Where within a step a line ends, better than interpolation finds it.
+
+    Parameters
+    ----------
+    line : _Line
+        Its rates.
+    method, options
+        Of the integration.
+    piece : DenseOutput
+        The interpolant of the step.
+    rows : ndarray of shape (ROWS,)
+        The state at its start.
+    """
+
+    def __init__(
+        self, line: _Line, method: type[OdeSolver], options: dict[str, Any], piece: DenseOutput, rows: Array
+    ) -> None:
+        self._line = line
+        self._method = method
+        self._options = options
+        self._piece = piece
+        self._rows = rows
+
+    def first_unstable(self) -> float | None:
+        """Return the first place looked at in the step where the state is unstable, or None."""
+        start, stop = self._piece.t_old, self._piece.t
+        for s in np.linspace(start, stop, _LOOKS + 1)[1:].tolist():
+            if self._line.phi(self._piece(s)) <= 0.0:
+                return float(s)
+        return None
+
+    def instability(self, unstable: float) -> tuple[float, Array]:
+        """Return where the instability is, before a place that is unstable, and the state there."""
+        start = self._piece.t_old
+        if self._line.phi(self._rows) <= 0.0:
+            return start, self._rows.copy()
+        s = brentq(lambda s: self._line.phi(self._piece(s)), start, unstable)
+        before, rows = start, self._rows
         for _ in range(_NEWTON_STEPS):
-            if s != before:
-                rows = solve_ivp(self.rates, (before, s), rows, **options).y[:, -1]
+            rows = self._moved(before, rows, s)
             before = s
-            slope = np.asarray(self.rates(s, rows))
-            if target is None:
-                small = 1e-6 / max(1.0, float(np.abs(slope).max()))
-                ahead, behind = (self.phi(rows + sign * small * slope) for sign in (1.0, -1.0))
-                s -= self.phi(rows) * 2.0 * small / (ahead - behind)
-            else:
-                s += (target - float(rows[TIME])) / float(slope[TIME])
-        return rows
+            s -= self._line.phi(rows) / self._curvature(s, rows)
+        return before, rows
+
+    def arrival(self, late: float) -> tuple[float, Array]:
+        """Return where the line ends, before a place beyond its end and before any instability, and the state there.
+
+        Near the instability the time is a parabola in ``s``; its end is found as the root of that.
+        """
+        target, start = self._line.target, self._piece.t_old
+        s = brentq(lambda s: self._piece(s)[TIME] - target, start, late) if self._piece(late)[TIME] > target else late
+        before, rows = start, self._rows
+        for _ in range(_NEWTON_STEPS):
+            rows = self._moved(before, rows, s)
+            before = s
+            gap, phi = target - float(rows[TIME]), self._line.phi(rows)
+            root = sqrt(max(phi * phi + 2.0 * self._curvature(s, rows) * gap, 0.0))
+            s += 2.0 * gap / (phi + root) if phi + root > 0.0 else 0.0
+        return before, rows
+
+    def _moved(self, before: float, rows: Array, s: float) -> Array:
+        if s == before:
+            return rows
+        return np.asarray(solve_ivp(self._line.rates, (before, s), rows, method=self._method, **self._options).y[:, -1])
+
+    def _curvature(self, s: float, rows: Array) -> float:
+        """Return the derivative of phi by ``s``, by a difference."""
+        slope = np.asarray(self._line.rates(s, rows))
+        small = 1e-6 / max(1.0, float(np.abs(slope).max()))
+        ahead, behind = (self._line.phi(rows + sign * small * slope) for sign in (1.0, -1.0))
+        return (ahead - behind) / (2.0 * small)
