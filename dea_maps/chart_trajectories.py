@@ -44,7 +44,7 @@ def trajectories(
     ds: xr.Dataset,
     ax: Axes | None = None,
     *,
-    variable: str = "stretch",
+    variable: str | None = None,
     units: str | None = None,
     size: str = "column",
 ) -> Axes:
@@ -58,7 +58,8 @@ def trajectories(
     ax, units, size
         As in `dea_maps.charts.phase_diagram`.
     variable : str
-        What to draw: a variable along ``time``, for example ``margin`` or ``true_field``.
+        What to draw: a variable along ``time``, for example ``margin`` or ``true_field``; by default ``stretch``, in
+        the general model ``stretch_1``.
 
     Returns
     -------
@@ -78,6 +79,8 @@ def trajectories(
     """
     check_variables(ds, "time", what="a chart of trajectories")
     along_time = [str(name) for name, values in ds.data_vars.items() if "time" in values.dims]
+    if variable is None:
+        variable = "stretch_1" if "stretch_1" in along_time else "stretch"
     check_choice("variable", variable, along_time)
     if ds.sizes["time"] < 2:
         raise ValueError(f"a chart of trajectories needs two times or more; got {ds.sizes['time']}")

@@ -16,13 +16,15 @@ from .free_energy import (
     free_energy,
 )
 from .general_path import DISSIPATED, TIME, WORK
-from .general_run import Life, Loads, live, sampled
+from .general_run import Life, Loads, live, sampled, tension_loss
 from .load_history import Load, as_history
 from .nomenclature import OUTCOMES, cf_attributes, flags
 from .parameters import BOUNDS, Bound, brief, check_values
 from .trajectories import checked_times
 
 _STRESS, _STRETCH = Bound(-inf, included=True), Bound(0.0, included=False)
+LIMITS = ("none", "instability", "tension_loss", "unresolved")
+"""Words for the values 0, 1, 2, ... of ``first_limit`` of a general trajectory."""
 _TIGHTEST, _LOOSEST = 1e-12, 1e-3
 
 
@@ -73,7 +75,9 @@ def general_trajectory(
         ``critical_stretch_1``, ``critical_stretch_2``, ``critical_internal_stretch_1``,
         ``critical_internal_stretch_2``, ``critical_field`` at failure, NaN where there is none; and
         ``final_stretch_1``, ``final_stretch_2`` where the film survives: where its dashpot comes to rest in a
-        stable state under loads that no longer change. What does neither in a reasonable time is unresolved.
+        stable state under loads that no longer change. What does neither in a bounded number of steps is
+        unresolved, as is a film of which this accuracy cannot tell whether it becomes unstable before or after a
+        load changes.
 
     Raises
     ------
@@ -87,6 +91,9 @@ def general_trajectory(
     >>> ds = dm.general_trajectory(time=[0.0, 1.0, 3.0], field=1.2, modulus_ratio=4.0)
     >>> [f"{stretch:.3f}" for stretch in ds.stretch_2.values]
     ['1.034', '1.177', 'nan']
+    >>> frame = dm.general_trajectory(time=1.0, field=0.5, stretch_1=1.0, stretch_2=1.0, modulus_ratio=4.0)
+    >>> frame.first_limit.attrs["flag_meanings"].split()[int(frame.first_limit)]
+    'tension_loss'
     >>> pull = dm.LoadHistory(times=(0.0, 10.0), values=(1.0, 3.0))  # stretched at 0.2 per relaxation time
     >>> ds = dm.general_trajectory(time=[5.0, 10.0], stretch_1=pull, modulus_ratio=4.0)
     >>> [f"{stress:.3f}" for stress in ds.stress_1.values]
@@ -113,7 +120,7 @@ def general_trajectory(
     history = as_history("field", field, BOUNDS["field"])
     loads = Loads(directions[0], directions[1], history, (stretch_1 is not None, stretch_2 is not None))
     life = live(loads, ratio - 1.0, tolerance)
-    ds = _dataset(life, times, ratio)
+    ds = _dataset(life, times, ratio, tension_loss(life, loads, ratio - 1.0, tolerance))
     names = [f"{'stretch' if held else 'stress'}_{number}" for number, held in enumerate(loads.held, start=1)]
     prescribed = {name: str(load) for name, load in zip(names, directions, strict=True)} | {"field": str(history)}
     return _annotated(ds, {f"prescribed_{name}": load for name, load in prescribed.items()}, tolerance)
@@ -125,8 +132,8 @@ def _number(name: str, value: object) -> float:
     return float(value)
 
 
-def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float) -> xr.Dataset:
-    """Return what a film did along times, and what became of it."""
+def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: float) -> xr.Dataset:
+    """Return what a film did along times, what became of it, and when it lost its tension."""
     rows, p = sampled(life, times), ratio - 1.0
     state = State(*rows[:TIME])
     stress_1, stress_2, field = equations_of_state(state, p)
@@ -157,10 +164,14 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float) -> xr.Dat
         "critical_field": equations_of_state(last, p)[2] / CRITICAL_FIELD,
     }
     at_rest = {"final_stretch_1": last.stretch_1, "final_stretch_2": last.stretch_2}
+    at_limit = {"survives": "none", "unresolved": "unresolved"}.get(outcome, "instability")
+    limit = LIMITS.index(at_limit if np.isnan(slack) else "tension_loss")
     numbers = {name: value if failed else np.nan for name, value in at_failure.items()}
     numbers |= {name: value if outcome == "survives" else np.nan for name, value in at_rest.items()}
     described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flags(OUTCOMES)}
     ds = xr.Dataset({"outcome": ((), np.int8(life.outcome), described)})
+    ds["first_limit"] = ((), np.int8(limit), {**cf_attributes("first_limit"), **flags(LIMITS)})
+    numbers["time_to_tension_loss"] = slack
     for name, values in along.items():
         ds[name] = ("time", values, cf_attributes(name))
     for name, value in numbers.items():

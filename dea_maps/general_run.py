@@ -1,18 +1,20 @@
 """One film of the general model from the reference state to its failure or its rest, load by load."""
 
-from math import inf
+from math import inf, nan
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.optimize import brentq, elementwise
 
-from .free_energy import CRITICAL_FIELD
+from .free_energy import CRITICAL_FIELD, State, equations_of_state
 from .general_path import REFERENCE, ROWS, TIME, Leg, Loading, follow
 from .load_history import LoadHistory
 from .nomenclature import OUTCOMES
 
 Array = npt.NDArray[np.float64]
 
+_LOOKS = 4  # within a step, for a loss of tension
 _LATE = 50.0  # relaxation times after the last change of a load: what lives on is slow, for an implicit method
 
 
@@ -133,12 +135,61 @@ def sampled(life: Life, times: Array) -> Array:
 def _sample(leg: Leg, times: Array) -> Array:
     """Return the rows of the state at times within a leg."""
     right = np.clip(np.searchsorted(leg.times, times, side="left"), 1, leg.nodes.size - 1)
-    low, high = leg.nodes[right - 1], leg.nodes[right]
-    for _ in range(60):  # halves: the inverse of t(s) has a root's singularity at the instability
-        middle = 0.5 * (low + high)
-        early = leg.states(middle)[TIME] < times
-        low, high = np.where(early, middle, low), np.where(early, high, middle)
-    return leg.states(0.5 * (low + high))
+    ends = leg.nodes[right - 1], leg.nodes[right]
+
+    def ahead(s: Array, times: Array) -> Array:
+        return np.asarray(leg.states(s)[TIME] - times)
+
+    found = elementwise.find_root(ahead, ends, args=(times,), tolerances={"xatol": 0.0, "xrtol": 0.0})
+    nearer = np.where(times - leg.times[right - 1] < leg.times[right] - times, *ends)
+    return leg.states(np.where(found.success, found.x, nearer))  # no change of sign: a step's end, up to rounding
+
+
+def tension_loss(life: Life, loads: Loads, p: float, rtol: float) -> float:
+    """Return the time at which a stress first becomes compressive, NaN where none does before the film fails.
+
+    Parameters
+    ----------
+    life : Life
+        From `live`.
+    loads : Loads
+        What is prescribed.
+    p : float
+        Modulus ratio less one.
+    rtol : float
+        Relative error allowed: a stress that follows from a prescribed stretch is compressive where it is less than
+        that of the unrelaxed modulus below 0.
+    """
+    last = life.end[TIME] if OUTCOMES[life.outcome] != "survives" else inf
+    found = [inf]
+    for direction, (history, held) in enumerate(zip(loads[:2], loads.held, strict=True)):
+        if held:
+            found.append(_slack(life, direction, p, rtol * (1.0 + p)))
+        else:
+            found.append(history.first_below_zero())
+    first = min(found)
+    return first if first < inf and first <= last else nan
+
+
+def _slack(life: Life, direction: int, p: float, least: float) -> float:
+    """Return when the stress of a direction whose stretch is prescribed falls below 0, infinity where it does not."""
+
+    def stress(rows: Array) -> Array:
+        return np.asarray(equations_of_state(State(*rows[:TIME]), p)[direction])
+
+    for leg in life.legs:
+        start, stop = leg.nodes[:-1, np.newaxis], leg.nodes[1:, np.newaxis]
+        s = np.append((start + np.linspace(0.0, 1.0, _LOOKS, endpoint=False) * (stop - start)).ravel(), leg.nodes[-1])
+        along = stress(leg.states(s))
+        compressed = np.flatnonzero(along < -least)
+        if compressed.size:
+            tense = np.flatnonzero(along[: compressed[0]] >= 0.0)
+            if not tense.size:
+                return float(leg.times[0])
+            ends = s[tense[-1]], s[tense[-1] + 1]
+            zero = brentq(lambda s: float(stress(leg.states(np.array([s])))[0]), *ends)
+            return float(leg.states(np.array([zero]))[TIME, 0])
+    return float(life.end[TIME]) if stress(life.end) < -least else inf  # within a sudden change
 
 
 def _outcome(why: str, rows: Array) -> int:

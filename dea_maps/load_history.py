@@ -86,6 +86,22 @@ class LoadHistory:
         index = bisect_left(self.times, time)
         return self._between(index - 1, index, time)
 
+    def first_below_zero(self) -> float:
+        """Return the first time from which the value is negative, infinity if it never is.
+
+        Examples
+        --------
+        >>> LoadHistory((0.0, 4.0), (1.0, -1.0)).first_below_zero()
+        2.0
+        """
+        for index, (time, value) in enumerate(zip(self.times, self.values, strict=True)):
+            if value < 0.0:
+                if index == 0:
+                    return 0.0
+                before, positive = self.times[index - 1], self.values[index - 1]
+                return before + (time - before) * (positive / (positive - value))
+        return math.inf
+
     def _between(self, left: int, right: int, time: float) -> float:
         if left < 0:
             return self.values[0]

@@ -108,6 +108,11 @@ _INSTABILITY = "at electromechanical instability"
 
 GENERAL: Mapping[str, Quantity] = MappingProxyType(
     {
+        "time_to_tension_loss": Quantity(
+            "time to loss of tension",
+            r"$t/\tau$",
+            "time from which a stress in the plane is compressive, in relaxation times",
+        ),
         "stretch_1": Quantity("stretch 1", r"$\lambda_1$", "stretch in direction 1"),
         "stretch_2": Quantity("stretch 2", r"$\lambda_2$", "stretch in direction 2"),
         "internal_stretch_1": Quantity("internal stretch 1", r"$\xi_1$", "stretch of the dashpot in direction 1"),

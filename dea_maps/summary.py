@@ -7,10 +7,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from .cuts import cut
-from .nomenclature import OUTCOMES, PARAMETERS, VARIABLES
+from .nomenclature import NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
 from .streaming import Plan, estimated_seconds
 
-_WIDTH = 27
+_WIDTH = 26
 _BLOCK = 2**22  # cells read at once
 
 
@@ -71,12 +71,12 @@ def describe(ds: xr.Dataset) -> str:
     program                    step
     """
     accuracy = next(f"{key} {ds.attrs[key]:g}" for key in ("rtol", "step") if key in ds.attrs)
-    versions = ", ".join(f"{name} {ds.attrs[f'{name}_version']}" for name in ("dea_maps", "numba", "numpy"))
+    made_with = [name for name in ("dea_maps", "numba", "numpy", "scipy") if f"{name}_version" in ds.attrs]
+    versions = ", ".join(f"{name} {ds.attrs[f'{name}_version']}" for name in made_with)
     first = ds[next(name for name in VARIABLES if name in ds)]
     lines = [
         ds.attrs["title"],
-        _row("program", ds.attrs["program"]),
-        _row("method", f"{ds.attrs['method']}, formulation {ds.attrs['formulation']}, {accuracy}"),
+        *_how(ds, accuracy),
         _row("made with", versions),
         *_film(ds),
         _row("dimensions", _lengths(first.sizes)),
@@ -89,9 +89,28 @@ def describe(ds: xr.Dataset) -> str:
         lines += ["", "outcomes, in cells"]
         lines += [_row(_words(outcome), f"{count:,}") for outcome, count in outcome_counts(ds).items()]
     lines += ["", "variables, from least to greatest"]
-    names = [name for name in VARIABLES if name in ds and name != "outcome"]
+    among = NOMENCLATURE if _is_general(ds) else VARIABLES
+    names = [name for name in among if name in ds.data_vars and name not in {"outcome", "first_limit"}]
     lines += [_row(name, _range(ds[name])) for name in [*names, *_in_si(ds, coordinates=False)]]
     return "\n".join(lines)
+
+
+def _is_general(ds: xr.Dataset) -> bool:
+    """Tell whether a data set is a trajectory of the general model."""
+    return "stretch_1" in ds
+
+
+def _how(ds: xr.Dataset, accuracy: str) -> list[str]:
+    """Return the lines on what was prescribed and how it was computed."""
+    if not _is_general(ds):
+        return [
+            _row("program", ds.attrs["program"]),
+            _row("method", f"{ds.attrs['method']}, formulation {ds.attrs['formulation']}, {accuracy}"),
+        ]
+    loads = [name for name in map(str, ds.attrs) if name.startswith("prescribed_")]
+    rows = [_row(name.replace("_", " "), str(ds.attrs[name])) for name in loads]
+    limit = ds["first_limit"].attrs["flag_meanings"].split()[int(ds["first_limit"])]
+    return [*rows, _row("accuracy", accuracy), _row("first limit", _words(limit))]
 
 
 def _film(ds: xr.Dataset) -> list[str]:
@@ -163,7 +182,7 @@ def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:
 
 
 def _row(name: str, value: str) -> str:
-    return f"{name:{_WIDTH}}{value}"
+    return f"{name:{_WIDTH}} {value}"
 
 
 def _words(outcome: str) -> str:

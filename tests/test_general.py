@@ -1,5 +1,8 @@
 """The general model: its law against derivatives of its energy, its films against independent ones, the first law."""
 
+import sys
+from pathlib import Path
+
 import mpmath
 import numpy as np
 import pytest
@@ -8,7 +11,11 @@ from scipy.optimize import brentq
 
 import dea_maps as dm
 from dea_maps import free_energy as law
+from dea_maps.cli import main
 from dea_maps.load_history import LoadHistory
+
+sys.path.insert(0, str(Path(__file__).with_name("reference")))
+import scalar
 
 STATE = law.State(1.7, 1.2, 0.9, 1.3, 1.1)
 P = 3.0
@@ -61,7 +68,7 @@ def test_agrees_with_the_equibiaxial_film(loads, program, parameters):
         full = dm.general_trajectory(time=0.0, modulus_ratio=4.0, rtol=rtol, **loads)
         assert full.outcome == tight.outcome == 1
         for name in full.data_vars:
-            if name.startswith(("time_to", "critical")):
+            if name.startswith(("time_to_failure", "critical")):
                 np.testing.assert_allclose(full[name], tight[name.removesuffix("_1").removesuffix("_2")], rtol=rtol)
 
 
@@ -268,3 +275,133 @@ def test_bad_input_is_refused_before_computing(changes, error, words, monkeypatc
 def test_bad_histories_are_refused(times, values, error, words):
     with pytest.raises(error, match=words):
         LoadHistory(times, values)
+
+
+SHAPES = {
+    "hold, then nothing": ((0.0, 0.546377, 0.546377), (1.5, 1.5, 0.0), 4.0),
+    "hold, until just after failure": ((0.0, 0.546379, 0.546379), (1.5, 1.5, 0.0), 4.0),
+    "hold, then more": ((0.0, 0.546377, 0.546377), (1.5, 1.5, 1.9), 4.0),
+    "hold, then a faster rise": ((0.0, 0.546377, 0.6), (1.5, 1.5, 1.9), 4.0),
+    "rise, then nothing": ((0.0, 1.58117, 1.58117), (0.0, 1.58117, 0.0), 4.0),
+    "rise, until just after failure": ((0.0, 1.58118, 1.58118), (0.0, 1.58118, 0.0), 4.0),
+    "rise, then a hold": ((0.0, 1.58117), (0.0, 1.58117), 4.0),
+    "rise, then a fall": ((0.0, 1.58117, 3.0), (0.0, 1.58117, 0.5), 4.0),
+    "overdrive to a field below the critical one": ((0.0, 0.52, 0.52), (1.5, 1.5, 0.95), 4.0),
+    "overdrive that ends in time": ((0.0, 0.4, 0.4), (1.5, 1.5, 0.95), 4.0),
+}
+
+
+def judged(times, fields, ratio, rtol=1e-8):
+    """Hold a film to the scalar equation of tests/reference; return when it fails there."""
+    truth = scalar.follow(times, fields, ratio)
+    ds = dm.general_trajectory(time=0.0, modulus_ratio=ratio, field=LoadHistory(times, fields), rtol=rtol)
+    assert ds.outcome == (0 if np.isnan(truth.time) else 1)
+    found = [ds.time_to_failure, ds.critical_stretch_1, ds.critical_field]
+    np.testing.assert_allclose(found, truth, rtol=rtol)
+    return truth.time
+
+
+@pytest.mark.parametrize(("times", "fields", "ratio"), SHAPES.values(), ids=SHAPES)
+def test_an_instability_counts_only_before_the_corner_of_the_load(times, fields, ratio):
+    judged(times, fields, ratio)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 10.0])
+def test_failures_while_the_field_falls(ratio):
+    """From the largest field that a film survives on a triangle upwards, failure comes after the peak."""
+
+    def shape(peak):
+        return (0.0, 0.5, 1.5), (0.0, peak, 0.0)
+
+    low, high = 1.0, 4.0
+    for _ in range(16):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if np.isnan(scalar.follow(*shape(middle), ratio).time) else (low, middle)
+    assert np.isnan(judged(*shape(low), ratio))
+    assert judged(*shape(high), ratio) > 0.5
+    assert judged(*shape(high * 1.01), ratio) > 0.45
+
+
+def test_a_corner_that_cannot_be_told_from_the_instability():
+    """What follows is unresolved if it decides the outcome, and not if it does not."""
+    time = scalar.follow((0.0,), (1.5,), 4.0).time
+    after = {0.0: 3, 1.5: 1, 1.9: 1}
+    for field, outcome in after.items():
+        load = LoadHistory((0.0, time, time), (1.5, 1.5, field))
+        ds = dm.general_trajectory(time=0.0, modulus_ratio=4.0, field=load)
+        assert ds.outcome == outcome
+        if outcome == 1:
+            np.testing.assert_allclose(ds.time_to_failure, time, rtol=1e-8)
+
+
+def test_the_shortest_rise_is_a_sudden_one():
+    for shortest in (5e-324, 1e-300, 1e-15):
+        load = LoadHistory((0.0, shortest), (0.0, 1.2))
+        ds = dm.general_trajectory(time=[0.0, 1.0], modulus_ratio=4.0, field=load)
+        one = dm.trajectory(dm.Step(), time=1.0, modulus_ratio=4.0, field=1.2, rtol=1e-10)
+        np.testing.assert_allclose(ds.stretch_1[1], one.stretch[0], rtol=1e-8)
+        np.testing.assert_allclose(ds.time_to_failure, one.time_to_failure, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "loads",
+    [
+        {"modulus_ratio": 4.0, "stretch_1": 1e-300},
+        {"modulus_ratio": 4.0, "stretch_1": 1e-3},
+        {"modulus_ratio": 4.0, "field": LoadHistory((0.0, 1e300), (0.0, 1.2))},
+    ],
+)
+def test_work_is_bounded(loads, monkeypatch):
+    monkeypatch.setattr("dea_maps.general_path._MOST_EVALUATIONS", 2000)
+    assert dm.general_trajectory(time=0.0, **loads).outcome == 3
+
+
+def limit_of(ds):
+    return ds.first_limit.attrs["flag_meanings"].split()[int(ds.first_limit)]
+
+
+def test_loss_of_tension():
+    frame = dm.general_trajectory(time=1.0, modulus_ratio=4.0, stretch_1=0.2, stretch_2=0.2)
+    assert (limit_of(frame), frame.time_to_tension_loss) == ("tension_loss", 0.0)
+    pushed = dm.general_trajectory(time=1.0, modulus_ratio=4.0, stress_1=LoadHistory((0.0, 1.0, 2.0), (1.0, 2.0, -1.0)))
+    assert limit_of(pushed) == "tension_loss"
+    np.testing.assert_allclose(pushed.time_to_tension_loss, 5.0 / 3.0, rtol=1e-15)
+    pull = LoadHistory((0.0, 1.0, 2.0), (1.0, 2.0, 1.0))
+    released = dm.general_trajectory(time=1.0, modulus_ratio=4.0, stretch_1=pull)
+    assert limit_of(released) == "tension_loss"
+
+    def rates(time, xi):  # uniaxial: stretch_2 follows from no stress there
+        (x1, x2), l1 = xi, pull.after(time)
+        l2 = ((1 + P * (x1 * x2) ** 2) / (l1 * l1 * (1 + P / x2**2))) ** 0.25
+        v = (l1 * l2) ** -2
+        return [l1**2 / x1**3 - v * x1 * x2**2, l2**2 / x2**3 - v * x2 * x1**2]
+
+    def stress(time, xi):
+        (x1, x2), l1 = xi, pull.after(time)
+        v = l1**-2 * ((1 + P * (x1 * x2) ** 2) / (l1 * l1 * (1 + P / x2**2))) ** -0.5
+        return l1 * (1 + P / x1**2) - v * (1 + P * (x1 * x2) ** 2) / l1
+
+    stress.terminal = True
+    half = solve_ivp(rates, (0.0, 1.0), [1.0, 1.0], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
+    loss = solve_ivp(rates, (1.0, 2.0), half, rtol=1e-12, atol=1e-13, method="DOP853", events=stress)
+    np.testing.assert_allclose(released.time_to_tension_loss, loss.t_events[0], rtol=1e-8)
+
+
+def test_a_film_in_tension_keeps_it():
+    for loads, limit in (({"field": 0.9}, "none"), ({"field": 1.2, "stress_1": 0.1}, "instability")):
+        ds = dm.general_trajectory(time=0.0, modulus_ratio=4.0, **loads)
+        assert limit_of(ds) == limit
+        assert np.isnan(ds.time_to_tension_loss)
+
+
+def test_chart_and_summary_of_a_general_trajectory(tmp_path, capsys):
+    ds = dm.general_trajectory(time=np.linspace(0.0, 3.0, 9), modulus_ratio=4.0, field=1.2)
+    ds.to_netcdf(tmp_path / "film.nc")
+    ax = dm.charts.trajectories(ds)
+    assert ax.get_ylabel() == "stretch 1 $\\lambda_1$"
+    np.testing.assert_allclose(ax.lines[-1].get_ydata()[-1], ds.critical_stretch_1)
+    assert main(["plot", str(tmp_path / "film.nc"), "-o", str(tmp_path / "film.svg")]) == 0
+    assert main(["info", str(tmp_path / "film.nc")]) == 0
+    told = capsys.readouterr().out
+    assert "prescribed field           LoadHistory(times=(0.0,), values=(1.2,))" in told
+    assert "critical_stretch_1         1.65935" in told

@@ -140,7 +140,8 @@ def along(line, r, stop):
     first = finish(line, line.start, r, stop)
     if first is not None:
         return first, r
-    solver = DOP853(line.in_time, line.start, [r], stop, max_step=inf if stop == inf else (stop - line.start) / 20, **TOLERANCE)
+    longest = inf if stop == inf else (stop - line.start) / 20.0
+    solver = DOP853(line.in_time, line.start, [r], stop, max_step=longest, **TOLERANCE)
     while solver.status == "running":
         time, r = solver.t, float(solver.y[0])
         solver.step()
