@@ -141,10 +141,12 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
     if duration == inf and line.motion(rows) <= resting:
         return None, _at_rest(line.dated(rows), loading, rtol)
     tolerance = max(_SAFETY * rtol, _SMALLEST_TOLERANCE)
-    method, options = DOP853, {"rtol": tolerance, "atol": tolerance}
+    method: type[OdeSolver] = DOP853
+    options: dict[str, Any] = {"rtol": tolerance, "atol": tolerance}
     if duration > _SLOW:
         method, options = Radau, {**options, "jac": line.jacobian}
-    nodes, states, pieces = [0.0], [rows], []
+    nodes, states = [0.0], [rows]
+    pieces: list[DenseOutput] = []
 
     def ended(rows: Array, why: str, close: bool = False) -> tuple[Leg | None, End]:
         rows = line.dated(rows)

@@ -1,5 +1,6 @@
 """One film of the general model from the reference state to its failure or its rest, load by load."""
 
+from collections.abc import Callable
 from math import inf, nan
 from typing import NamedTuple
 
@@ -140,9 +141,10 @@ def _sample(leg: Leg, times: Array) -> Array:
     def ahead(s: Array, times: Array) -> Array:
         return np.asarray(leg.states(s)[TIME] - times)
 
-    found = elementwise.find_root(ahead, ends, args=(times,), tolerances={"xatol": 0.0, "xrtol": 0.0})
+    found = elementwise.find_root(ahead, ends, args=(times,), tolerances={"xatol": 1e-16, "xrtol": 4e-16})
     nearer = np.where(times - leg.times[right - 1] < leg.times[right] - times, *ends)
-    return leg.states(np.where(found.success, found.x, nearer))  # no change of sign: a step's end, up to rounding
+    signs_equal = found.status == -1  # at a step's end, up to rounding
+    return leg.states(np.where(signs_equal, nearer, found.x))
 
 
 def tension_loss(life: Life, loads: Loads, p: float, rtol: float) -> float:
@@ -187,9 +189,13 @@ def _slack(life: Life, direction: int, p: float, least: float) -> float:
             if not tense.size:
                 return float(leg.times[0])
             ends = s[tense[-1]], s[tense[-1] + 1]
-            zero = brentq(lambda s: float(stress(leg.states(np.array([s])))[0]), *ends)
-            return float(leg.states(np.array([zero]))[TIME, 0])
+            return float(leg.states(np.array([_zero(leg, stress, *ends)]))[TIME, 0])
     return float(life.end[TIME]) if stress(life.end) < -least else inf  # within a sudden change
+
+
+def _zero(leg: Leg, stress: Callable[[Array], Array], low: float, high: float) -> float:
+    """Return where in a leg a stress vanishes."""
+    return float(brentq(lambda s: float(stress(leg.states(np.array([s])))[0]), low, high))
 
 
 def _outcome(why: str, rows: Array) -> int:

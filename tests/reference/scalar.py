@@ -8,7 +8,7 @@ the load is less than it can carry, a relaxed state exists, and the dashpot has 
 or goes back from beyond it.
 """
 
-from math import inf, nan, sqrt
+from math import inf, isnan, nan, sqrt
 from typing import NamedTuple
 
 from scipy.integrate import DOP853
@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 E_C = 0.75 * 4.0 ** (-1.0 / 3.0)
 TOLERANCE = {"rtol": 2.5e-14, "atol": 1e-16}
+MOST_STEPS = 3000  # of a line
 FINISH = 0.5  # of A: from a smaller D on, the way to the instability is tried
 
 
@@ -104,7 +105,7 @@ def finish(line, time, r, last):
 
 def survives(e, r, p):
     u = stable_u(e, r, p)
-    if u != u or e > E_C:
+    if isnan(u) or e > E_C:
         return False
     top = 4.0 ** (-1.0 / 3.0)
     unstable = brentq(lambda u: u - u**4 - e, 0.0, top, xtol=1e-15) if e > 0.0 else 0.0
@@ -140,9 +141,13 @@ def along(line, r, stop):
     first = finish(line, line.start, r, stop)
     if first is not None:
         return first, r
+    if not line.in_time(line.start, [r])[0] < inf:
+        raise ArithmeticError(f"the line starts at the instability, at {line.start}")
     longest = inf if stop == inf else (stop - line.start) / 20.0
     solver = DOP853(line.in_time, line.start, [r], stop, max_step=longest, **TOLERANCE)
-    while solver.status == "running":
+    for _ in range(MOST_STEPS):
+        if solver.status != "running":
+            return None, float(solver.y[0])
         time, r = solver.t, float(solver.y[0])
         solver.step()
         if solver.status == "failed":
@@ -150,4 +155,4 @@ def along(line, r, stop):
         failure = finish(line, solver.t, float(solver.y[0]), stop)
         if failure is not None:
             return failure, r
-    return None, float(solver.y[0])
+    raise ArithmeticError(f"too many steps at {solver.t}")
