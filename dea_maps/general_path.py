@@ -190,7 +190,7 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
                     return ended(states[-1], "arrived")
                 if duration == inf and line.motion(solver.y) <= resting:
                     return ended(solver.y, "at rest")
-        except _TooMuchWork:
+        except _TooMuchWorkError:
             return ended(states[-1], "given up")
 
 
@@ -230,7 +230,7 @@ def _relaxed(values: Array) -> State[float]:
     return State(stretch_1, stretch_2, displacement, 1.0, 1.0)
 
 
-class _TooMuchWork(Exception):
+class _TooMuchWorkError(Exception):
     """A line needs more evaluations of the rates than allowed."""
 
 
@@ -279,7 +279,7 @@ class _Line:
         """Return derivatives by ``s``: (12) by Cramer's rule, (21), (22), ``dt = phi ds``, work, (11)."""
         self._evaluations += 1
         if self._evaluations > _MOST_EVALUATIONS:
-            raise _TooMuchWork
+            raise _TooMuchWorkError
         try:
             return self._rates(y.tolist())
         except (ZeroDivisionError, ValueError):  # out of what numbers can hold
