@@ -91,7 +91,7 @@ def finish(line, time, r, last):
     a, b = coefficients(r, line.p)
     u = stable_u(line.load(time), r, line.p)
     d = 4.0 * b * u**3 - a
-    if not 0.0 < d < FINISH * a:
+    if not 0.0 < d < FINISH * a or isnan(line.in_d(d, [time, r])[0]):
         return None
     solver = DOP853(line.in_d, d, [time, r], 0.0, **TOLERANCE)
     while solver.status == "running":
