@@ -13,6 +13,7 @@ _IN_SI = {
     "rate": "voltage_rate",
     "time": "seconds",
     "time_to_failure": "seconds_to_failure",
+    "time_to_breakdown": "seconds_to_breakdown",
     "critical_field": "critical_voltage",
     "applied_field": "applied_voltage",
 }
@@ -21,6 +22,7 @@ _WORDS = {
     "voltage_rate": "ramp rate",
     "seconds": "time",
     "seconds_to_failure": "time to failure",
+    "seconds_to_breakdown": "time to breakdown",
     "critical_voltage": "voltage at failure",
     "applied_voltage": "voltage",
     "true_field": "true field",

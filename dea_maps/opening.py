@@ -7,15 +7,19 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .answers import BREAKDOWN as BREAKS_DOWN
+from .answers import LIMITS
 from .catalogue import methods
 from .cuts import cut
-from .nomenclature import OUTCOMES, VARIABLES, cf_attributes
+from .nomenclature import BREAKDOWN, FLAGGED, OUTCOMES, VARIABLES, cf_attributes
 from .parameters import brief, check_values
 from .programs import PROGRAMS
 from .storage import PathLike, open_map
 
 _BLOCK = 2**22  # cells read at once
 _SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
+_FLAGS = {"outcome": OUTCOMES, "first_limit": LIMITS}
+_AT_LEAST_ONE = VARIABLES.keys() - {"outcome", "time_to_failure"} | {"breakdown_stretch"}
 
 
 def open(path: PathLike) -> xr.Dataset:
@@ -78,16 +82,17 @@ def _check(ds: xr.Dataset) -> None:
     for name in (*PROGRAMS[ds.attrs["program"]].parameters, "modulus_ratio"):
         _check_described(ds[name], name, ("float64",))
         check_values(name, np.asarray(ds[name].values))
-    maps = {name: ds[name] for name in VARIABLES if name in ds}
+    maps = {name: ds[name] for name in (*VARIABLES, *BREAKDOWN) if name in ds}
     dims = next(iter(maps.values())).dims
     for name, array in maps.items():
-        _check_described(array, name, ("int8",) if name == "outcome" else ("float32", "float64"))
+        _check_described(array, name, ("int8",) if name in FLAGGED else ("float32", "float64"))
         if array.dims != dims:
             raise ValueError(f"{name} has the dimensions {array.dims}, others have {dims}")
-    if "outcome" in maps:
-        flags = np.asarray(maps["outcome"].attrs["flag_values"]).tolist()
-        if flags != list(range(len(OUTCOMES))) or maps["outcome"].attrs["flag_meanings"] != " ".join(OUTCOMES):
-            raise ValueError("the flags of outcome are not those of this package")
+    for name, words in _FLAGS.items():
+        if name in maps:
+            flags = np.asarray(maps[name].attrs["flag_values"]).tolist()
+            if flags != list(range(len(words))) or maps[name].attrs["flag_meanings"] != " ".join(words):
+                raise ValueError(f"the flags of {name} are not those of this package")
     for blocks in _blocks(maps):
         _check_values(blocks)
     for other in sorted(map(str, ds.variables.keys() - maps.keys())):
@@ -109,16 +114,20 @@ def _blocks(maps: dict[str, xr.DataArray]) -> Iterator[dict[str, npt.NDArray[Any
 
 def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
     """Hold the values of some cells against their outcomes: what there is, and what there cannot be."""
-    if "outcome" not in block:
-        return
-    outcome = block.pop("outcome")
-    if outcome.size and not (outcome.min() >= 0 and outcome.max() < len(OUTCOMES)):
-        raise ValueError("an outcome is none of the flags")
+    for name, words in _FLAGS.items():
+        if name in block and block[name].size and not (block[name].min() >= 0 and block[name].max() < len(words)):
+            raise ValueError(f"{'an outcome' if name == 'outcome' else name} is none of the flags")
     for name, values in block.items():
-        has_value = (outcome == _SURVIVES) if name == "final_stretch" else _fails(outcome)
+        by = "first_limit" if name in BREAKDOWN else "outcome"
+        if name in FLAGGED or by not in block:
+            continue
+        if by == "outcome":
+            has_value = (block[by] == _SURVIVES) if name == "final_stretch" else _fails(block[by])
+        else:
+            has_value = block[by] == BREAKS_DOWN
         if not np.array_equal(np.isfinite(values), has_value) or not np.array_equal(np.isnan(values), ~has_value):
-            raise ValueError(f"{name} has values where the outcome has none, or none where it has")
-        if np.any(values[has_value] < (0.0 if name == "time_to_failure" else 0.999)):
+            raise ValueError(f"{name} has values where the {by.replace('_', ' ')} has none, or none where it has")
+        if np.any(values[has_value] < (0.999 if name in _AT_LEAST_ONE else 0.0)):
             raise ValueError(f"{name} has values that are too small")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import xarray as xr
 
 from .material import Material
+from .material_table import PowerLaw
 from .parameters import brief
 
 
@@ -99,8 +100,18 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
         "relative_permittivity": material.relative_permittivity,
         "thickness_in_m": H,
     }
+    if "first_limit" in ds:
+        numbers_of |= _strength(material)
     added.attrs.update({**described, **numbers_of})
     return added.set_coords(made)
+
+
+def _strength(material: Material) -> dict[str, float]:
+    """Return the breakdown strength as attributes, if it is a number or a power of the stretch."""
+    known = material.breakdown_strength
+    if isinstance(known, PowerLaw):
+        return {"breakdown_strength_in_V_per_m": known.at_rest, "breakdown_strength_exponent": known.exponent}
+    return {} if known is None or callable(known) else {"breakdown_strength_in_V_per_m": known}
 
 
 def check_film(material: Material, thickness: float) -> None:
