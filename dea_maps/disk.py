@@ -11,10 +11,13 @@ import numpy as np
 
 from .engines import ENGINES
 from .first_limit import rtol_of
+from .grid import Grid
 from .material import Material
 from .nomenclature import BREAKDOWN, VARIABLES
 from .parameters import ParameterLike, brief
+from .plausibility import warn_film, warn_implausible
 from .programs import Program
+from .scales import scales
 from .si_units import check_film
 from .storage import PathLike, check_writable, write_dataset
 from .streaming import Film, Plan, make_plan, stream
@@ -92,6 +95,8 @@ def sweep_to_netcdf(
     -----
     UserWarning
         Names every part that is damaged or of another sweep; it is computed again.
+    ImplausibleWarning
+        As `sweep`, and names what is implausible of the film, or in volts for it.
 
     Examples
     --------
@@ -173,6 +178,8 @@ def planned_file(
         rtol_of(choice)
         check_strength(film[0].strength, _LOOKED_AT)
     check_writable(path)
+    if film is not None and grid.cells:
+        _warn(grid, *film)
     return make_plan(Path(path), grid, choice, kept, dtype, room, film)
 
 
@@ -184,6 +191,17 @@ def _film(material: Material | None, thickness: float | None) -> Film | None:
         raise TypeError(f"material and thickness must be given together; got no {lacking}")
     check_film(material, thickness)
     return material, float(thickness)
+
+
+def _warn(grid: Grid, material: Material, thickness: float) -> None:
+    """Warn of what is implausible for a film."""
+    warn_film(material, thickness)
+    given = {name: grid.coords[name].values for name in ("field", "rate") if name in grid.coords}
+    if "field" in given and given["field"].max() > 0.0:
+        greatest = given["field"].max()
+        warn_implausible("voltage", greatest, scales(material, thickness, field=greatest))
+    if "rate" in given:
+        warn_implausible("rate", given["rate"], scales(material, thickness, rate=given["rate"]))
 
 
 def _nothing(cells: int) -> None:

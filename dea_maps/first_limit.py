@@ -191,7 +191,7 @@ def _limited(
     if life is not None:
         time = results["time_to_breakdown"]
         results["time_to_breakdown"] = np.where(time > life, life, time)
-    found = {"first_limit": limit, **results}
+    found: dict[str, Any] = {"first_limit": limit, **results}
     return {name: found[name] for name in VARIABLES}
 
 

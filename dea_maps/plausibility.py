@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .material import Material
+
 
 class ImplausibleWarning(UserWarning):
     """A value is allowed, but so far from those of real films that its unit is most likely another one."""
@@ -64,7 +66,34 @@ PLAUSIBLE: Mapping[str, Range] = MappingProxyType(
 """What values of real films are, the one place for these limits."""
 
 
-def warn_implausible(name: str, values: npt.ArrayLike, shown: str = "", *, stacklevel: int = 2) -> None:
+def warn_film(material: Material, thickness: npt.ArrayLike) -> None:
+    """Warn of what is implausible in a material, and in the thickness of films of it.
+
+    Warns
+    -----
+    ImplausibleWarning
+        One for each value.
+
+    Examples
+    --------
+    >>> from dea_maps import VHB
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     warn_film(VHB, [50e-6, 100e-6])
+    >>> caught
+    []
+    """
+    warn_implausible("thickness", thickness)
+    for name in ("unrelaxed_modulus", "relaxed_modulus", "relaxation_time"):
+        warn_implausible(name, getattr(material, name))
+    if material.relative_permittivity is not None:
+        warn_implausible("relative_permittivity", material.relative_permittivity)
+    strength = material.breakdown_strength
+    if strength is not None:
+        warn_implausible("breakdown_strength", strength(np.ones(1)) if callable(strength) else strength)
+
+
+def warn_implausible(name: str, values: npt.ArrayLike, shown: str = "", scale: float = 1.0) -> None:
     """Warn if a value lies outside what is plausible; of several, the farthest one is named, on one line.
 
     Parameters
@@ -75,8 +104,8 @@ def warn_implausible(name: str, values: npt.ArrayLike, shown: str = "", *, stack
         In its unit; NaN and infinity do not count.
     shown : str
         What else to say of it, as what it is in other units.
-    stacklevel : int
-        As `warnings.warn` has it, of the caller of this function.
+    scale : float
+        What the limits are multiplied by.
 
     Warns
     -----
@@ -98,10 +127,10 @@ def warn_implausible(name: str, values: npt.ArrayLike, shown: str = "", *, stack
     unit = "" if limit.unit == "1" else f" {limit.unit}"
     low, high = float(array.min()), float(array.max())
     for value, out, words in (
-        (low, low < limit.least, f"below {limit.least:g}"),
-        (high, high > limit.greatest, f"above {limit.greatest:g}"),
+        (low, low < scale * limit.least, f"below {scale * limit.least:.4g}"),
+        (high, high > scale * limit.greatest, f"above {scale * limit.greatest:.4g}"),
     ):
         if out:
             also = f" ({shown})" if shown else ""
             message = f"{name} = {value:.6g}{unit}{also} is implausible, {words}{unit}: {limit.hint}"
-            warnings.warn(message, ImplausibleWarning, stacklevel=stacklevel + 1)
+            warnings.warn(message, ImplausibleWarning, stacklevel=4)

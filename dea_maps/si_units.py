@@ -9,6 +9,7 @@ import xarray as xr
 from .material import Material
 from .material_table import PowerLaw
 from .parameters import brief
+from .plausibility import warn_film
 
 
 def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
@@ -39,6 +40,11 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     TypeError, ValueError
         If something is of the wrong kind or out of bounds, or the permittivity is not known.
 
+    Warns
+    -----
+    ImplausibleWarning
+        Names what is implausible of the film: its unit may be another one.
+
     Examples
     --------
     >>> import dea_maps as dm
@@ -49,6 +55,12 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"ds must be a data set; got {brief(ds)}")
     check_film(material, thickness)
+    warn_film(material, thickness)
+    return in_si(ds, material, thickness)
+
+
+def in_si(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
+    """Return what `physical` does, for a film that is checked already."""
     Ec, tau, H = material.critical_field, material.relaxation_time, float(thickness)
     known = set(ds.variables)
     added = ds.copy(deep=False)

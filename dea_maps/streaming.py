@@ -25,7 +25,7 @@ from .material import Material
 from .material_table import PowerLaw
 from .nomenclature import BREAKDOWN, FLAGGED, VARIABLES
 from .parts import Arrays, Parts, locked_parts
-from .si_units import physical
+from .si_units import in_si
 from .solve import KERNELS, Solution, default_threads, solve
 from .storage import sync
 from .strength import StrengthOf
@@ -97,8 +97,8 @@ class Plan:
         kept = reduced(whole, list(self.variables), self.dtype)
         if self.film is None:
             return kept
-        made = physical(kept.drop_vars(self.variables), *self.film)
-        pattern = physical(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film)
+        made = in_si(kept.drop_vars(self.variables), *self.film)
+        pattern = in_si(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film)
         made.attrs = pattern.attrs
         for name, array in pattern.data_vars.items():
             values = np.broadcast_to(np.zeros((), array.dtype), self.grid.shape)
@@ -110,7 +110,7 @@ class Plan:
         """Return what the file stores of the values of a part: also in SI units, if there is a film."""
         if self.film is None:
             return arrays
-        part = physical(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
+        part = in_si(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
         return {str(name): array.values for name, array in part.data_vars.items()}
 
     def task(self, number: int) -> Task:

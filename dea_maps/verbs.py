@@ -16,16 +16,38 @@ class InputError(Exception):
 
 @contextmanager
 def _checking_input() -> Iterator[None]:
-    """Take errors for refusals of what the user gave."""
+    """Take errors for refusals of what the user gave; warnings of it are shown if it is not refused."""
     try:
-        yield
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            yield
     except (OSError, TypeError, ValueError) as error:
         raise InputError(str(error)) from error
+    for warning in caught:
+        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+
+@contextmanager
+def warnings_in_lines() -> Iterator[None]:
+    """Show every warning once, on one line of standard error."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        line = " ".join(str(message).split())
+        if line not in said:
+            said.add(line)
+            print("dea-maps: warning:", line, file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show
+        yield
 
 
 def sweep(arguments: argparse.Namespace) -> None:
     """Solve a specification into a file."""
     from .disk import planned_file, sweep_to_netcdf
+    from .scales import scales_of
     from .spec import read_specification, thinned
     from .storage import open_map
     from .summary import describe_plan, one_line
@@ -44,11 +66,10 @@ def sweep(arguments: argparse.Namespace) -> None:
     if arguments.dry_run:
         print(describe_plan(plan))
         return
+    if plan.film is not None and not arguments.quiet:
+        print(scales_of(plan.hollow()), flush=True)
     progress = sys.stderr.isatty() and not arguments.quiet
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
-        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
             print(f"{arguments.output}: {one_line(ds)}")
