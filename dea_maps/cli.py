@@ -9,6 +9,7 @@ from typing import NoReturn
 
 from . import verbs as run
 from .chart_choices import CHARTS, SIZES
+from .printable import printable
 from .verbs import InputError
 
 _ERROR = "dea-maps: error:"
@@ -57,7 +58,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where help is, and leave."""
-        self.exit(_BAD_INPUT, f"{_ERROR} {message} (see {self.prog} --help)\n")
+        self.exit(_BAD_INPUT, f"{_ERROR} {printable(message)} (see {self.prog} --help)\n")
 
 
 class _Version(argparse.Action):
@@ -116,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _fail(status: int, message: str) -> int:
-    print(_ERROR, " ".join(message.split()), file=sys.stderr)
+    print(_ERROR, printable(" ".join(message.split())), file=sys.stderr)
     return status
 
 

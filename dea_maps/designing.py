@@ -16,6 +16,7 @@ from .material_table import material_of
 from .nomenclature import flags
 from .parameters import ParameterLike, brief
 from .plausibility import warn_film, warn_implausible
+from .printable import printable
 from .programs import Step
 from .si_units import check_film
 from .solve import SURVIVES, solve_auto
@@ -228,7 +229,7 @@ def describe_design(ds: xr.Dataset) -> str:
             cell = {name: ds[name].sel(film=film).values[index] for name in (*_QUANTITIES, "limit")}
             rows.append(
                 (
-                    str(film),
+                    printable(film),
                     time_in_words(float(time)),
                     f"{1e-3 * cell['allowable_voltage']:.4g} kV",
                     f"{1e-6 * cell['allowable_field']:.3g} MV/m",

@@ -13,6 +13,7 @@ from .chart_data import cell_edges, drawable, log_spaced, parameters_along, size
 from .chart_plane import BREAKS_DOWN, regions_of
 from .cuts import evenly
 from .nomenclature import NOMENCLATURE, PARAMETERS
+from .parameters import check_values
 from .programs import PROGRAMS, Program
 
 Floats = npt.NDArray[np.float64]
@@ -289,6 +290,7 @@ def _program_of(ds: xr.Dataset) -> Program:
     for name in _taken(program()):
         if name not in ds.coords:
             raise ValueError(f"a page needs the parameter {name}; the map lacks it")
+        check_values(name, np.asarray(ds[name].values, dtype=np.float64))
     return program()
 
 

@@ -1,6 +1,6 @@
 """Opening a map with a check of all that is in it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -11,14 +11,16 @@ from .answers import BREAKDOWN as BREAKS_DOWN
 from .answers import LIMITS
 from .catalogue import methods
 from .cuts import cut
-from .nomenclature import BREAKDOWN, FLAGGED, OUTCOMES, VARIABLES, cf_attributes
+from .nomenclature import BREAKDOWN, FLAGGED, GENERAL, OUTCOMES, VARIABLES, cf_attributes
 from .parameters import brief, check_values
 from .programs import PROGRAMS
+from .scales import scales_of
 from .storage import PathLike, open_map
 
 _BLOCK = 2**22  # cells read at once
 _SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
 _FLAGS = {"outcome": OUTCOMES, "first_limit": LIMITS}
+_OTHER_KINDS = {"allowable_voltage", *GENERAL}
 _AT_LEAST_ONE = VARIABLES.keys() - {"outcome", "time_to_failure"} | {"breakdown_stretch"}
 
 
@@ -60,22 +62,69 @@ def open(path: PathLike) -> xr.Dataset:
     except (FileNotFoundError, IsADirectoryError, PermissionError):
         raise
     except Exception as error:
-        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+        raise _refusal(path, error) from None
+    return _checked(ds, path, _check)
+
+
+def open_any(path: PathLike, *others: str) -> xr.Dataset:
+    """Open a map, or trajectories, or what has other variables of this package, checked as `open` does.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    *others : str
+        Variables that the file may have instead of those of a map.
+
+    Returns
+    -------
+    Dataset
+        To be closed by the caller.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `open`.
+    """
+    return _checked(open_map(path, *others), path, _check_any)
+
+
+def _checked(ds: xr.Dataset, path: PathLike, check: Callable[[xr.Dataset], None]) -> xr.Dataset:
+    """Return a data set once it is checked; closed, if it is refused."""
     try:
-        _check(ds)
+        check(ds)
     except Exception as error:
         ds.close()
-        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+        raise _refusal(path, error) from None
     return ds
+
+
+def _refusal(path: PathLike, error: Exception) -> ValueError:
+    words = f"it lacks {error.args[0]!r}" if isinstance(error, KeyError) and error.args else str(error)
+    return ValueError(f"{path} is not a map, or is damaged: {' '.join(words.split())}")
+
+
+def _check_any(ds: xr.Dataset) -> None:
+    """Check a map as one; of others, that all can be read."""
+    if "program" in ds.attrs or not ds.keys() & _OTHER_KINDS:
+        _check(ds)
+        return
+    for name in map(str, ds.variables):
+        for _ in _blocks({name: ds[name]}):
+            pass
 
 
 def _check(ds: xr.Dataset) -> None:
     """Raise an error that says what is wrong."""
+    for name in ("program", "method", "formulation", "dea_maps_version"):
+        if not isinstance(ds.attrs[name], str):
+            raise ValueError(f"its attribute {name} must be a string; got {brief(ds.attrs[name])}")
     if ds.attrs["program"] not in PROGRAMS:
         raise ValueError(f"its program is {brief(ds.attrs['program'])}")
     chosen = {(method.name, form) for method in methods() for form in method.formulations}
     if (ds.attrs["method"], ds.attrs["formulation"]) not in chosen:
         raise ValueError(f"its method is {brief(ds.attrs['method'])} on {brief(ds.attrs['formulation'])}")
+    scales_of(ds)  # raises where the film is not described as it should be
     accuracy = [float(ds.attrs[name]) for name in ("rtol", "step") if name in ds.attrs]
     if len(accuracy) != 1 or not accuracy[0] > 0.0:
         raise ValueError("it does not say how accurate it is")

@@ -7,6 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from .material import Material
+from .printable import printable
 
 _METRES = ((1.0, "m"), (1e-3, "mm"), (1e-6, "um"))
 _VOLTS = ((1e3, "kV"), (1.0, "V"))
@@ -46,7 +47,7 @@ def scales(material: Material, thickness: float, **fields: npt.ArrayLike) -> str
         volts = _with_unit([value * thickness for value in nominal], _VOLTS) + per
         ratio = _with_unit(values, ((1.0, "Ec"),)) + (f"{second}{tau:.3g} s" if second else "")
         words.append(f"{volts} = {_with_unit(nominal, _FIELDS)}{per} = {ratio}")
-    return ", ".join(words)
+    return printable(", ".join(words))
 
 
 def scales_of(ds: xr.Dataset) -> str | None:

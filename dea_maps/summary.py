@@ -10,6 +10,7 @@ import xarray as xr
 from .answers import LIMITS
 from .cuts import cut
 from .nomenclature import BREAKDOWN, FLAGGED, OUTCOMES, PARAMETERS, VARIABLES
+from .printable import printable
 from .scales import scales_of
 from .streaming import Plan, estimated_seconds
 
@@ -71,15 +72,16 @@ def describe(ds: xr.Dataset) -> str:
     >>> print(describe(dm.sweep(dm.Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[1])
     program                    step
     """
-    accuracy = next(f"{key} {ds.attrs[key]:g}" for key in ("rtol", "step") if key in ds.attrs)
-    versions = ", ".join(f"{name} {ds.attrs[f'{name}_version']}" for name in ("dea_maps", "numba", "numpy"))
+    accuracy = [f"{key} {float(ds.attrs[key]):g}" for key in ("rtol", "step") if key in ds.attrs]
+    method = [str(ds.attrs["method"]), f"formulation {ds.attrs['formulation']}"] if "method" in ds.attrs else []
+    versions = [f"{key.removesuffix('_version')} {ds.attrs[key]}" for key in ds.attrs if key.endswith("_version")]
     maps = [name for name in (*VARIABLES, *BREAKDOWN) if name in ds]
     first = ds[maps[0]]
     lines = [
-        ds.attrs["title"],
-        _row("program", ds.attrs["program"]),
-        _row("method", f"{ds.attrs['method']}, formulation {ds.attrs['formulation']}, {accuracy}"),
-        _row("made with", versions),
+        str(ds.attrs.get("title", "a map without a title")),
+        *([_row("program", ds.attrs["program"])] if "program" in ds.attrs else []),
+        _row("method", ", ".join([*method, *accuracy])),
+        _row("made with", ", ".join(versions)),
         *_film(ds),
         _row("dimensions", _lengths(first.sizes)),
         _row("cells", f"{first.size:,}"),
@@ -96,7 +98,7 @@ def describe(ds: xr.Dataset) -> str:
     lines += ["", "variables, from least to greatest"]
     names = [name for name in maps if name not in FLAGGED]
     lines += [_row(name, _range(ds[name])) for name in [*names, *_in_si(ds, coordinates=False)]]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def _film(ds: xr.Dataset) -> list[str]:
@@ -104,7 +106,7 @@ def _film(ds: xr.Dataset) -> list[str]:
     scales = scales_of(ds)
     if scales is None:
         return []
-    name = ds.attrs["material"] or "a material without a name"
+    name = ds.attrs.get("material") or "a material without a name"
     lines = [_row("film", f"{name}, {1e6 * ds.attrs['thickness_in_m']:.6g} um thick"), _row("scales", scales)]
     if "first_limit" in ds:
         lines.append(_row("breakdown strength", _strength(ds.attrs)))
@@ -146,7 +148,8 @@ def describe_plan(plan: Plan) -> str:
     size = grid.cells * sum(array.dtype.itemsize for array in hollow.data_vars.values())
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     return "\n".join(
-        [
+        printable(line)
+        for line in [
             _row("program", grid.program.name),
             _row("dimensions", _lengths(dict(zip(grid.dims, grid.shape, strict=True)))),
             _row("cells", f"{grid.cells:,}"),

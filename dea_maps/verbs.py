@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from .printable import printable
+
 
 class InputError(Exception):
     """Input that was refused before any computing."""
@@ -33,7 +35,7 @@ def warnings_in_lines() -> Iterator[None]:
     said: set[str] = set()
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        line = " ".join(str(message).split())
+        line = printable(" ".join(str(message).split()))
         if line not in said:
             said.add(line)
             print("dea-maps: warning:", line, file=sys.stderr)
@@ -72,17 +74,17 @@ def sweep(arguments: argparse.Namespace) -> None:
     sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
-            print(f"{arguments.output}: {one_line(ds)}")
+            print(f"{printable(arguments.output)}: {one_line(ds)}")
 
 
 def plot(arguments: argparse.Namespace) -> None:
     """Draw what a file holds."""
     from .charts import check_chart_path, draw, save
-    from .storage import open_map
+    from .opening import open_any
 
     with _checking_input():
         check_chart_path(arguments.output)
-        with open_map(arguments.map, "allowable_voltage") as ds:
+        with open_any(arguments.map, "allowable_voltage") as ds:
             figure = draw(ds, arguments.chart, arguments.size)
     save(figure, arguments.output)
 
@@ -90,11 +92,11 @@ def plot(arguments: argparse.Namespace) -> None:
 def explore(arguments: argparse.Namespace) -> None:
     """Make a page to look around in a map."""
     from .explorer import check_page_path, draw, save
-    from .storage import open_map
+    from .opening import open_any
 
     with _checking_input():
         check_page_path(arguments.output)
-        with open_map(arguments.map) as ds:
+        with open_any(arguments.map) as ds:
             page = draw(ds)
     save(page, arguments.output)
 
@@ -117,11 +119,11 @@ def design(arguments: argparse.Namespace) -> None:
 
 def info(arguments: argparse.Namespace) -> None:
     """Print what a file holds."""
-    from .storage import open_map
+    from .opening import open_any
     from .summary import describe
 
     with _checking_input():
-        ds = open_map(arguments.map)
+        ds = open_any(arguments.map)
     with ds:
         print(describe(ds))
 
@@ -140,6 +142,7 @@ def fit(arguments: argparse.Namespace) -> None:
             check_chart_path(arguments.output)
     file = Path(os.fsencode(arguments.data).decode(errors="replace"))
     fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
-    print(f"{fit.summary()}\n\n{table_of(fit.material)}")
+    lines = f"{fit.summary()}\n\n{table_of(fit.material)}".split("\n")
+    print("\n".join(map(printable, lines)))
     if arguments.output is not None:
         save(draw_fit(fit), arguments.output)
