@@ -43,7 +43,7 @@ in volts and seconds, add a film; then [grid] may have voltage (V) and voltage_r
   [material]
   preset = "VHB"         # or unrelaxed_modulus, relaxed_modulus (Pa), relaxation_time (s), relative_permittivity
   thickness = 100e-6     # m, undeformed
-  # breakdown_strength = 50e6        # V/m, true field, or {at_rest, exponent}: also find which comes first (first_limit)
+  # breakdown_strength = 50e6  # V/m, true field, or {at_rest, exponent}: also find what comes first (first_limit)
 
 for design, [material], or several [[material]], and
   [design]
