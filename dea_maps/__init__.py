@@ -17,6 +17,7 @@ if (_beside := Path(__file__).parent.parent / "kernels" / "_jit.py").is_file():
 
 __all__ = [
     "VHB",
+    "ImplausibleWarning",
     "LoadHistory",
     "Material",
     "Ramp",
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from .material import VHB, Material
     from .material_table import read_material
     from .opening import open
+    from .plausibility import ImplausibleWarning
     from .programs import Ramp, RampHold, Step
     from .si_units import physical
     from .sweeping import sweep
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
+        "ImplausibleWarning": "plausibility",
         "LoadHistory": "load_history",
         "Material": "material",
         "Ramp": "programs",

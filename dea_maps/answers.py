@@ -8,9 +8,13 @@ import numpy.typing as npt
 import xarray as xr
 from scipy.optimize import elementwise
 
-from .catalogue import LARGEST_RTOL, SMALLEST_RTOL
+from .catalogue import LARGEST_RTOL
+from .catalogue import SMALLEST_RTOL as _SMALLEST_OF_SWEEPS
 from .nomenclature import flags
 from .parameters import ParameterLike, brief
+
+SMALLEST_RTOL = 1e-10
+"""Of answers, which rest on sweeps and trajectories that are more accurate still."""
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.int8]
@@ -35,9 +39,9 @@ def tight_rtol(rtol: float) -> float:
     """
     if isinstance(rtol, bool) or not isinstance(rtol, int | float):
         raise TypeError(f"rtol must be a number; got {brief(rtol)}")
-    if not 1e-10 <= rtol <= LARGEST_RTOL:
-        raise ValueError(f"rtol must be from 1e-10 to {LARGEST_RTOL}; got {brief(rtol)}")
-    return max(0.01 * rtol, SMALLEST_RTOL)
+    if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:
+        raise ValueError(f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL}; got {brief(rtol)}")
+    return max(0.01 * rtol, _SMALLEST_OF_SWEEPS)
 
 
 def broadcast(**given: tuple[ParameterLike, float, bool]) -> tuple[xr.DataArray, ...]:

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from .chart_data import drawable, on_log_axis, varying
 from .chart_isochrones import bar_ticks, time_span
 from .chart_layout import add_colour_bar, add_heading, figure_of, line_width, new_axes, text_size
-from .chart_plane import move_edge, regions_of, set_axis
+from .chart_plane import BREAKS_DOWN, move_edge, regions_of, set_axis
 from .chart_regions import COLOURS, LOOKS, name_regions, patches, words_for
 from .chart_theory import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, agrees, limits
 from .chart_units import shown, title_of, units_of
@@ -28,11 +28,13 @@ _FEW = 40
 _PLACES = 200
 """Places along each axis that are tried for the name of a region."""
 
-_MARKERS = {SURVIVES: "o", FAILS_AT_ONCE: "X", UNRESOLVED: "P"}
+_MARKERS = {SURVIVES: "o", FAILS_AT_ONCE: "X", UNRESOLVED: "P", BREAKS_DOWN: "D"}
+
+_BREAKDOWN = ("time_to_breakdown", "breakdown_stretch")
 
 
 def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
-    """Draw time to failure and critical stretch over one parameter, one above the other.
+    """Draw time to failure and critical stretch over one parameter, one above the other; dotted those of breakdown.
 
     Parameters
     ----------
@@ -48,16 +50,22 @@ def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
     parameter, time, stretch = (shown(ds, key, units) for key in (name, "time_to_failure", "critical_stretch"))
     upper, lower = new_axes(size, rows=2, tall=1.35)
     x = parameter.values.values
-    times = time.values.where(ds["outcome"] == FAILS_LATER).values
-    for ax, y, label in ((upper, times, time.label), (lower, stretch.values.values, stretch.label)):
-        ax.plot(x, y, color="black", linewidth=line_width(ax, 1.2), **points_of(ax, x))
+    regions = regions_of(ds)
+    times = time.values.where(regions == FAILS_LATER).values
+    stretches = stretch.values.where(regions != BREAKS_DOWN).values
+    broken = [shown(ds, key, units).values.values if key in ds else None for key in _BREAKDOWN]
+    drawn = ((upper, times, broken[0], time.label), (lower, stretches, broken[1], stretch.label))
+    for ax, fails, breaks_down, label in drawn:
+        for y, style in ((fails, "-"), (breaks_down, ":")):
+            if y is not None:
+                ax.plot(x, y, color="black", linestyle=style, linewidth=line_width(ax, 1.2), **points_of(ax, x))
         ax.set_ylabel(label)
     if np.nanmax(times, initial=0.0) > 10 * np.nanmin(times, initial=np.inf):
         upper.set_yscale("log")
     shade_regions(lower, ds, name, units)
     edges = shade_regions(upper, ds, name, units)
     upper.label_outer()
-    head_over_regions(upper, title_of(ds, units), edges, regions_of(ds))
+    head_over_regions(upper, title_of(ds, units), edges, regions)
     return figure_of(upper)
 
 
@@ -170,7 +178,8 @@ def sample_points(ds: xr.Dataset, size: str) -> Figure:
         raise ValueError(f"a chart of samples needs two parameters that vary; got {', '.join(names) or 'none'}")
     units, (ax,) = units_of(ds, None), new_axes(size)
     quantities = [shown(ds, name, units) for name in (*names[:2], "time_to_failure")]
-    together = xr.broadcast(*(quantity.values for quantity in quantities), ds["outcome"])
+    regions = ds["outcome"].copy(data=regions_of(ds))
+    together = xr.broadcast(*(quantity.values for quantity in quantities), regions)
     x, y, time, outcome = (array.values.ravel() for array in together)
     for which, quantity, values in zip("xy", quantities[:2], (x, y), strict=True):
         scale = "log" if on_log_axis(np.unique(values)) else "linear"

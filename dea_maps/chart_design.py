@@ -14,6 +14,7 @@ from .chart_data import check_variables, flagged, on_log_axis
 from .chart_layout import add_heading, axes_for, figure_of, line_width, text_size
 from .chart_lines import MARKERS, curve_style
 from .chart_names import fit_beside, label_ends
+from .printable import chart_text
 
 Floats = npt.NDArray[np.float64]
 
@@ -85,7 +86,7 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
         ax.set_xscale("log")
         _name_times(ax)
     broken = _by_breakdown(ds)
-    films = [str(name) for name in ds["film"].values]
+    films = [chart_text(name) for name in ds["film"].values]
     curves, ends, silent = [], [], []
     for number, (name, voltage, breakdown) in enumerate(zip(films, voltages, broken, strict=True)):
         known = np.isfinite(voltage)

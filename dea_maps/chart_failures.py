@@ -10,6 +10,7 @@ from .chart_choices import check_choice
 from .chart_data import drawable, on_log_axis, parameters_along, sizes_in_words
 from .chart_layout import add_heading, axes_for, line_width
 from .chart_lines import curve_style
+from .chart_plane import BREAKS_DOWN, regions_of
 from .chart_theory import FAILS_LATER, PROGRAMS
 from .chart_units import Shown, shown, title_of, units_of
 from .cuts import evenly
@@ -33,8 +34,8 @@ def failure_curves(
 ) -> Axes:
     r"""Draw what a film does at failure over one parameter, a curve for each of up to six values of another.
 
-    Dashed lines are limits of the theory: the largest field that is survived, the stretch and the field at failure of
-    very slow or very fast loading.
+    Where electrical breakdown comes first there is no curve. Dashed lines are limits of the theory: the largest field
+    that is survived, the stretch and the field at failure of very slow or very fast loading.
 
     Parameters
     ----------
@@ -81,7 +82,9 @@ def failure_curves(
     ds = ds.sortby(over)
     x, y = shown(ds, over, units), shown(ds, variable, units)
     # At once is at time 0, which a logarithmic axis does not have.
-    values = y.values.where(ds["outcome"] == FAILS_LATER) if variable == "time_to_failure" else y.values
+    regions = ds["outcome"].copy(data=regions_of(ds))
+    fails = regions == FAILS_LATER if variable == "time_to_failure" else regions != BREAKS_DOWN
+    values = y.values.where(fails)
     log = on_log_axis(np.unique(x.values))
     ax.set(xlabel=x.label, ylabel=y.label, xscale="log" if log else "linear")
     ax.set_xlim(float(x.values.min()), float(x.values.max()))

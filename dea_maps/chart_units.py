@@ -7,12 +7,14 @@ import xarray as xr
 
 from .chart_choices import UNITS, check_choice
 from .nomenclature import NOMENCLATURE, PARAMETERS, axis_label
+from .printable import chart_text
 
 _IN_SI = {
     "field": "voltage",
     "rate": "voltage_rate",
     "time": "seconds",
     "time_to_failure": "seconds_to_failure",
+    "time_to_breakdown": "seconds_to_breakdown",
     "critical_field": "critical_voltage",
     "applied_field": "applied_voltage",
 }
@@ -21,6 +23,7 @@ _WORDS = {
     "voltage_rate": "ramp rate",
     "seconds": "time",
     "seconds_to_failure": "time to failure",
+    "seconds_to_breakdown": "time to breakdown",
     "critical_voltage": "voltage at failure",
     "applied_voltage": "voltage",
     "true_field": "true field",
@@ -119,8 +122,8 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
         symbol = NOMENCLATURE[name].symbol
         return Shown(values, axis_label(name), symbol, "")
     greatest = float(np.abs(values).max()) if values.size else 0.0
-    words = _WORDS.get(name, str(ds[name].attrs.get("long_name", name.replace("_", " "))))
-    unit = str(ds[name].attrs.get("units", "1"))
+    words = _WORDS.get(name, chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
+    unit = chart_text(ds[name].attrs.get("units", "1"))
     scales = _SCALES.get(unit, ((1.0, "" if unit == "1" else unit),))
     factor, unit = next((scale for scale in scales if scale[0] <= greatest), scales[-1])
     return Shown(values / factor, f"{words} ({unit})" if unit else words, words, unit)
@@ -139,9 +142,9 @@ def title_of(ds: xr.Dataset, units: str) -> list[str]:
     fixed = [shown(ds, name, units).equation() for name in PARAMETERS if name in ds.coords and ds[name].size == 1]
     film = []
     if units == "si" and "thickness_in_m" in ds.attrs:
-        film = [str(ds.attrs["material"])] if ds.attrs.get("material") else []
+        film = [chart_text(ds.attrs["material"])] if ds.attrs.get("material") else []
         film.append(f"{float(ds.attrs['thickness_in_m']) * 1e6:.4g} µm")
-    program = str(ds.attrs.get("program", "")).replace("_", " ")
+    program = chart_text(ds.attrs.get("program", "")).replace("_", " ")
     return [*([program] if program else []), *fixed, *film]
 
 

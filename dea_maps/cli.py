@@ -9,6 +9,7 @@ from typing import NoReturn
 
 from . import verbs as run
 from .chart_choices import CHARTS, SIZES
+from .printable import printable
 from .verbs import InputError
 
 _ERROR = "dea-maps: error:"
@@ -42,6 +43,7 @@ in volts and seconds, add a film; then [grid] may have voltage (V) and voltage_r
   [material]
   preset = "VHB"         # or unrelaxed_modulus, relaxed_modulus (Pa), relaxation_time (s), relative_permittivity
   thickness = 100e-6     # m, undeformed
+  # breakdown_strength = 50e6  # V/m, true field, or {at_rest, exponent}: also find what comes first (first_limit)
 
 for design, [material], or several [[material]], and
   [design]
@@ -57,7 +59,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and where help is, and leave."""
-        self.exit(_BAD_INPUT, f"{_ERROR} {message} (see {self.prog} --help)\n")
+        self.exit(_BAD_INPUT, f"{_ERROR} {printable(message)} (see {self.prog} --help)\n")
 
 
 class _Version(argparse.Action):
@@ -94,7 +96,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         arguments = _parser().parse_args(argv)
-        arguments.run(arguments)
+        with run.warnings_in_lines():
+            arguments.run(arguments)
         sys.stdout.flush()
     except SystemExit as stop:  # argparse has said all there is to say
         return stop.code if isinstance(stop.code, int) else 0
@@ -115,7 +118,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _fail(status: int, message: str) -> int:
-    print(_ERROR, " ".join(message.split()), file=sys.stderr)
+    print(_ERROR, printable(" ".join(message.split())), file=sys.stderr)
     return status
 
 

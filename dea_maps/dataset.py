@@ -10,13 +10,15 @@ import xarray as xr
 
 from .catalogue import Choice
 from .grid import Grid
-from .nomenclature import OUTCOMES, VARIABLES, cf_attributes, flags
+from .nomenclature import BREAKDOWN, OUTCOMES, VARIABLES, cf_attributes, flags
 
 if TYPE_CHECKING:
     from .solve import Solution
 
 CELL_BYTES = 1 + 8 * (len(VARIABLES) - 1)
 """Bytes per cell of a data set in memory: outcome in one, every other variable in eight."""
+LIMIT_BYTES = 1 + 8 * (len(BREAKDOWN) - 1)
+"""The same of what a limit on the true field adds."""
 
 _COMPRESSION = {"zlib": True, "complevel": 1, "shuffle": True, "fletcher32": True}
 _PAPER = (
@@ -104,12 +106,32 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         "numpy_version": np.__version__,
     }
     for variable in ds.variables.values():
-        numeric_array = variable.ndim > 0 and variable.dtype.kind in "iuf"
-        variable.encoding = {"_FillValue": None, **(_COMPRESSION if numeric_array else {})}
+        variable.encoding = {**_storage(variable), "_FillValue": None}
     for array in ds.data_vars.values():
-        if array.dtype.kind == "f":
-            array.encoding["_FillValue"] = np.nan
+        array.encoding = _storage(array.variable)
     return ds
+
+
+def with_maps(ds: xr.Dataset, maps: Mapping[str, xr.Variable]) -> xr.Dataset:
+    """Return a data set with further maps, stored as its own are.
+
+    Examples
+    --------
+    >>> ds = with_maps(xr.Dataset(), {"twice": xr.Variable("x", [2.0, 4.0])})
+    >>> ds.twice.encoding["zlib"]
+    True
+    """
+    added = ds.assign(maps)
+    for name in maps:
+        added[name].encoding = _storage(added[name].variable)
+    return added
+
+
+def _storage(variable: xr.Variable) -> dict[str, Any]:
+    """Return how a map is stored."""
+    kind = variable.dtype.kind
+    fill = {"_FillValue": np.nan if kind == "f" else None}
+    return {**fill, **(_COMPRESSION if variable.ndim > 0 and kind in "iuf" else {})}
 
 
 def reduced(ds: xr.Dataset, variables: list[str], dtype: str) -> xr.Dataset:
@@ -141,7 +163,7 @@ def reduced(ds: xr.Dataset, variables: list[str], dtype: str) -> xr.Dataset:
             kept[name] = variable.astype(dtype, copy=False).assign_attrs(variable.attrs)
             kept[name].encoding = variable.encoding
         if "outcome" not in kept:
-            del kept[name].attrs["ancillary_variables"]
+            kept[name].attrs.pop("ancillary_variables", None)
     return kept
 
 

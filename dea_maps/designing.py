@@ -15,6 +15,8 @@ from .material import Material
 from .material_table import material_of
 from .nomenclature import flags
 from .parameters import ParameterLike, brief
+from .plausibility import warn_film, warn_implausible
+from .printable import printable
 from .programs import Step
 from .si_units import check_film
 from .solve import SURVIVES, solve_auto
@@ -64,6 +66,11 @@ def design(
     TypeError, ValueError
         If something is of the wrong kind or out of bounds.
 
+    Warns
+    -----
+    ImplausibleWarning
+        Names what is implausible of the films or the times: its unit may be another one.
+
     Examples
     --------
     >>> import dea_maps as dm
@@ -80,6 +87,8 @@ def design(
         raise ValueError(f"thickness and holding_time must be 1-D at most; got shapes {thick.shape} and {hold.shape}")
     if not (times > 0.0).all():
         raise ValueError(f"holding_time must be above 0, in s; got {times.min()}")
+    warn_film(material, thicknesses)
+    warn_implausible("holding_time", times)
     strength = None if material.breakdown_strength is None else material.strength
     asked = xr.DataArray(times / material.relaxation_time, dims="holding_time")
     found = allowable_field(asked, material.modulus_ratio, rtol, strength)
@@ -108,6 +117,11 @@ def design(
         film=("film", films, {"long_name": "film"}),
         thickness=("film", thicknesses, {"long_name": "thickness of the undeformed film", "units": "m"}),
         material=("film", [name] * len(films), {"long_name": "material"}),
+        relaxed_critical_field=(
+            "film",
+            [material.critical_field] * len(films),
+            {"long_name": "nominal field that the film withstands for good", "units": "V m-1"},
+        ),
         holding_time=("holding_time", times, {"long_name": "time for which the voltage is held", "units": "s"}),
     )
     ds.attrs = {
@@ -204,20 +218,22 @@ def describe_design(ds: xr.Dataset) -> str:
     --------
     >>> import dea_maps as dm
     >>> print(describe_design(dm.design(dm.VHB, 50e-6, [1.0, 3600.0])))
-    film        held    voltage      field  true field  stretch  area strain  limited by
-    VHB, 50 um   1 s   1.566 kV  31.3 MV/m   50.1 MV/m    1.265         60 %  instability
-    VHB, 50 um   1 h  0.8181 kV  16.4 MV/m   53.7 MV/m    1.812        228 %  instability
+    film        held    voltage      field     E/Ec  true field  stretch  area strain  limited by
+    VHB, 50 um   1 s   1.566 kV  31.3 MV/m  1.95 Ec   50.1 MV/m    1.265         60 %  instability
+    VHB, 50 um   1 h  0.8181 kV  16.4 MV/m  1.02 Ec   53.7 MV/m    1.812        228 %  instability
     """
-    rows = [("film", "held", "voltage", "field", "true field", "stretch", "area strain", "limited by")]
+    rows = [("film", "held", "voltage", "field", "E/Ec", "true field", "stretch", "area strain", "limited by")]
     for film in ds["film"].values:
+        critical = float(ds["relaxed_critical_field"].sel(film=film))
         for index, time in enumerate(ds["holding_time"].values):
             cell = {name: ds[name].sel(film=film).values[index] for name in (*_QUANTITIES, "limit")}
             rows.append(
                 (
-                    str(film),
+                    printable(film),
                     time_in_words(float(time)),
                     f"{1e-3 * cell['allowable_voltage']:.4g} kV",
                     f"{1e-6 * cell['allowable_field']:.3g} MV/m",
+                    f"{cell['allowable_field'] / critical:.3g} Ec",
                     f"{1e-6 * cell['true_field']:.3g} MV/m",
                     f"{cell['stretch']:.3f}",
                     f"{100.0 * cell['area_strain']:.0f} %",

@@ -7,20 +7,29 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from .engines import ENGINES
+from .first_limit import rtol_of
+from .grid import Grid
 from .material import Material
-from .nomenclature import VARIABLES
+from .nomenclature import BREAKDOWN, VARIABLES
 from .parameters import ParameterLike, brief
+from .plausibility import warn_film, warn_implausible
 from .programs import Program
+from .scales import scales
 from .si_units import check_film
 from .storage import PathLike, check_writable, write_dataset
 from .streaming import Film, Plan, make_plan, stream
+from .strength import check_strength
 from .sweeping import planned, progress_bar
 
 DTYPES = ("float64", "float32")
 """What the maps of a file may be stored as."""
 DEFAULT_MEMORY = 2**30
 SMALLEST_MEMORY = 2**24
+# To this stretch a breakdown strength is checked before computing; farther, as films get there.
+_LOOKED_AT = np.array([2.0])
 
 
 def sweep_to_netcdf(
@@ -56,7 +65,7 @@ def sweep_to_netcdf(
     program, modulus_ratio, field, rate, rtol, method, formulation, step, progress
         As in `sweep`.
     variables : iterable of str, optional
-        Names of the variables to keep; by default all.
+        Names of the variables to keep; by default all. With a breakdown strength, ``first_limit`` is kept always.
     dtype : {"float64", "float32"}
         What the maps are stored as; the coordinates stay float64. Rounding is the last thing done.
     engine : {"threads", "dask"}
@@ -69,7 +78,10 @@ def sweep_to_netcdf(
     fresh : bool
         Whether to begin anew even where finished parts are there.
     material, thickness : Material and float, optional
-        Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film.
+        Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film. If the
+        material knows its breakdown strength, it is also that of `dea_maps.breakdown`, to the same `rtol` (1e-6 with a
+        method of fixed step). Parts that rest on a strength given as a function are not used by a later call, unless
+        the function is that of a specification, ``{at_rest, exponent}``.
 
     Raises
     ------
@@ -83,6 +95,8 @@ def sweep_to_netcdf(
     -----
     UserWarning
         Names every part that is damaged or of another sweep; it is computed again.
+    ImplausibleWarning
+        As `sweep`, and names what is implausible of the film, or in volts for it.
 
     Examples
     --------
@@ -150,7 +164,8 @@ def planned_file(
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"path must be a string or path-like; got {brief(path)}")
-    kept = _kept(variables)
+    limited = material is not None and material.breakdown_strength is not None
+    kept = _kept(variables, (*VARIABLES, *BREAKDOWN) if limited else tuple(VARIABLES))
     for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
@@ -159,7 +174,12 @@ def planned_file(
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
     film = _film(material, thickness)
+    if film is not None and limited:
+        rtol_of(choice)
+        check_strength(film[0].strength, _LOOKED_AT)
     check_writable(path)
+    if film is not None and grid.cells:
+        _warn(grid, *film)
     return make_plan(Path(path), grid, choice, kept, dtype, room, film)
 
 
@@ -171,6 +191,17 @@ def _film(material: Material | None, thickness: float | None) -> Film | None:
         raise TypeError(f"material and thickness must be given together; got no {lacking}")
     check_film(material, thickness)
     return material, float(thickness)
+
+
+def _warn(grid: Grid, material: Material, thickness: float) -> None:
+    """Warn of what is implausible for a film."""
+    warn_film(material, thickness)
+    given = {name: grid.coords[name].values for name in ("field", "rate") if name in grid.coords}
+    if "field" in given and given["field"].max() > 0.0:
+        greatest = given["field"].max()
+        warn_implausible("voltage", greatest, scales(material, thickness, field=greatest))
+    if "rate" in given:
+        warn_implausible("rate", given["rate"], scales(material, thickness, rate=given["rate"]))
 
 
 def _nothing(cells: int) -> None:
@@ -197,16 +228,16 @@ def _bytes(memory: str | int | None) -> int:
     return size
 
 
-def _kept(variables: Iterable[str] | None) -> tuple[str, ...]:
+def _kept(variables: Iterable[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of the variables to keep, in the order of the data set."""
     if variables is None:
-        return tuple(VARIABLES)
+        return known
     if isinstance(variables, str) or not isinstance(variables, Iterable):
         raise TypeError(f"variables must be names in a list or the like; got {brief(variables)}")
     wanted = list(variables)
     if not wanted:
         raise ValueError("variables must name at least one variable; got none")
     for name in wanted:
-        if name not in VARIABLES:
-            raise ValueError(f"variables must be among {', '.join(VARIABLES)}; got {brief(name)}")
-    return tuple(name for name in VARIABLES if name in wanted)
+        if name not in known:
+            raise ValueError(f"variables must be among {', '.join(known)}; got {brief(name)}")
+    return tuple(name for name in known if name in wanted or name == "first_limit")

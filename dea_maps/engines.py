@@ -10,10 +10,13 @@ from numpy.typing import NDArray
 
 from .catalogue import Choice
 from .cuts import Index
+from .first_limit import solve_with_limits
 from .grid import Grid
+from .nomenclature import FLAGGED
 from .parts import Arrays
 from .programs import Program
 from .solve import solve
+from .strength import StrengthOf
 
 ENGINES = ("threads", "dask")
 # How often Dask tries a part again whose computing raised an error; a worker that dies counts apart, three times.
@@ -37,6 +40,8 @@ class Task(NamedTuple):
         What is kept.
     dtype : str
         What the maps are rounded to in the end.
+    strength : callable or None
+        The true field at which the film breaks down, over the relaxed critical field; None where it is not known.
     """
 
     program: Program
@@ -45,6 +50,7 @@ class Task(NamedTuple):
     choice: Choice
     variables: tuple[str, ...]
     dtype: str
+    strength: StrengthOf | None = None
 
 
 def task_of(grid: Grid, index: Index, choice: Choice, variables: tuple[str, ...], dtype: str) -> Task:
@@ -61,8 +67,13 @@ def task_of(grid: Grid, index: Index, choice: Choice, variables: tuple[str, ...]
 def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads: int | None = None) -> Arrays:
     """Compute a part: one array a variable, in the order of the cells."""
     parameters = {name: np.broadcast_to(array, task.shape) for name, array in task.parameters.items()}
-    found = solve(task.program, parameters, task.choice, on_cells=on_cells, threads=threads)._asdict()
-    kinds = {name: np.int8 if name == "outcome" else np.dtype(task.dtype) for name in task.variables}
+    use: dict[str, Any] = {"on_cells": on_cells, "threads": threads}
+    found: dict[str, NDArray[Any]]
+    if task.strength is None:
+        found = solve(task.program, parameters, task.choice, **use)._asdict()
+    else:
+        found = solve_with_limits(task.program, parameters, task.choice, task.strength, **use)
+    kinds = {name: np.int8 if name in FLAGGED else np.dtype(task.dtype) for name in task.variables}
     return {name: found[name].ravel().astype(kind, copy=False) for name, kind in kinds.items()}
 
 

@@ -19,7 +19,7 @@ if (cell !== undefined) {
     times = share(slice.curve_time).map((value) => value * span)
     stretches = share(slice.curve_stretch).map((value) => 1 + value * (top_stretch - 1))
     words = words_of.curve[outcome]
-    if (outcome === FAILS_LATER) {
+    if (ENDS.includes(outcome)) {
       end = {time: times.slice(-1), stretch: stretches.slice(-1)}
     }
   }

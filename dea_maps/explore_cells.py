@@ -10,8 +10,10 @@ import numpy.typing as npt
 import xarray as xr
 
 from .chart_data import cell_edges, drawable, log_spaced, parameters_along, sizes_in_words
+from .chart_plane import BREAKS_DOWN, regions_of
 from .cuts import evenly
 from .nomenclature import NOMENCLATURE, PARAMETERS
+from .parameters import check_values
 from .programs import PROGRAMS, Program
 
 Floats = npt.NDArray[np.float64]
@@ -28,6 +30,12 @@ SHOWN = (
     "critical_field",
     "critical_voltage",
     "critical_true_field",
+    "time_to_breakdown",
+    "seconds_to_breakdown",
+    "breakdown_stretch",
+    "breakdown_field",
+    "breakdown_voltage",
+    "breakdown_true_field",
     "final_stretch",
 )
 """The variables that a page shows where the map has them, in this order."""
@@ -88,7 +96,8 @@ class Cells(NamedTuple):
     across : Axis or None
         On the slider; None for a map over fewer than three parameters.
     ds : Dataset
-        Their values, in memory: the dimensions are those of `across`, `y` and `x`, as far as there are any.
+        Their values, in memory: the dimensions are those of `across`, `y` and `x`, as far as there are any. The outcome
+        is `BREAKS_DOWN` where electrical breakdown comes first, and there is no time to failure.
     """
 
     program: Program
@@ -165,7 +174,8 @@ def cells_of(ds: xr.Dataset) -> Cells:
     kept = ["outcome", *(name for name in SHOWN if name in ds)]
     most = thinned([len(rising[dim]) for dim in order], _BYTES // (_CURVE_BYTES + 4 * (len(kept) + _PLACES)))
     chosen = {dim: rising[dim][evenly(len(rising[dim]), number)] for dim, number in zip(order, most, strict=True)}
-    part = ds[kept].isel(chosen).transpose(*reversed(order)).load()
+    limits = ["first_limit"] if "first_limit" in ds else []
+    part = _with_breakdown(ds[kept + limits].isel(chosen).transpose(*reversed(order)).load())
     axes = [_axis(part, along[dim], len(rising[dim])) for dim in order]
     x, y, slider = axes + [None] * (3 - len(axes))
     assert x is not None
@@ -215,6 +225,9 @@ _SI_LABELS = {
     "seconds_to_failure": "time to failure (s)",
     "critical_voltage": "critical voltage (V)",
     "critical_true_field": "critical true field (MV/m)",
+    "seconds_to_breakdown": "time to breakdown (s)",
+    "breakdown_voltage": "breakdown voltage (V)",
+    "breakdown_true_field": "breakdown true field (MV/m)",
     "seconds": "time (s)",
 }
 
@@ -250,10 +263,22 @@ def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:
     part = cells.ds if cells.across is None else cells.ds.isel({cells.ds["outcome"].dims[0]: index})
     found: dict[str, npt.NDArray[Any]] = {}
     for name, array in part.data_vars.items():
-        scale = 1e-6 if name == "critical_true_field" else 1
+        scale = 1e-6 if str(name).endswith("true_field") else 1
         kind = np.int8 if name == "outcome" else np.float32
         found[str(name)] = (array.values.ravel() * scale).astype(kind)
     return found
+
+
+def _with_breakdown(ds: xr.Dataset) -> xr.Dataset:
+    """Return the map with electrical breakdown among its outcomes."""
+    if "first_limit" not in ds:
+        return ds
+    regions = ds["outcome"].copy(data=regions_of(ds))
+    hidden = {name: ds[name].where(regions != BREAKS_DOWN) for name in _TIMES if name in ds}
+    return ds.assign({**hidden, "outcome": regions}).drop_vars("first_limit")
+
+
+_TIMES = ("time_to_failure", "seconds_to_failure")
 
 
 def _program_of(ds: xr.Dataset) -> Program:
@@ -265,6 +290,7 @@ def _program_of(ds: xr.Dataset) -> Program:
     for name in _taken(program()):
         if name not in ds.coords:
             raise ValueError(f"a page needs the parameter {name}; the map lacks it")
+        check_values(name, np.asarray(ds[name].values, dtype=np.float64))
     return program()
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .chart_plane import BREAKS_DOWN
 from .explore_cells import POINTS, Cells, Floats
 from .nomenclature import PARAMETERS
 from .solve import FAILS_LATER, SURVIVES, relaxation_rate, trace
@@ -28,7 +29,7 @@ class Curves(NamedTuple):
     Attributes
     ----------
     span : (cells,) ndarray of float32
-        When a curve ends, in relaxation times: at failure, or nearly relaxed; 0 where there is no curve.
+        When a curve ends, in relaxation times: at failure or breakdown, or nearly relaxed; 0 where there is no curve.
     time : (cells, POINTS) ndarray of uint16
         Times over the span, times 65535.
     stretch : (cells, POINTS) ndarray of uint16
@@ -44,7 +45,7 @@ class Curves(NamedTuple):
 
 
 def curves_of(cells: Cells) -> Curves:
-    """Compute the trajectories of cells, up to failure, or until what survives is nearly relaxed.
+    """Compute the trajectories of cells, up to failure or breakdown, or until what survives is nearly relaxed.
 
     Parameters
     ----------
@@ -69,7 +70,10 @@ def curves_of(cells: Cells) -> Curves:
     found = {name: array.values.ravel().astype(float) for name, array in _ends(cells, parameters).items()}
     arrays = [array.values.ravel() for array in xr.broadcast(ds["outcome"], *parameters.values())]
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
+    breaks_down = (outcome == BREAKS_DOWN)[:, np.newaxis]
     lifetime = np.where(outcome == FAILS_LATER, ds["time_to_failure"].values.ravel().astype(float), 0.0)
+    broken = {name: _column(ds, name) for name in ("time_to_breakdown", "breakdown_stretch")}
+    lifetime = np.where(outcome == BREAKS_DOWN, np.nan_to_num(broken["time_to_breakdown"]), lifetime)
     corner = values["field"] / values["rate"] if {"field", "rate"} <= values.keys() else np.zeros(outcome.size)
     rate = np.maximum(relaxation_rate(found["final_stretch"], values["modulus_ratio"]), 1e-9)
     relaxed = corner + np.minimum(_LONGEST, -np.log(_LAST) / rate)
@@ -84,11 +88,19 @@ def curves_of(cells: Cells) -> Curves:
     # The end is known; at this accuracy, a film might be sought there alive.
     stretch[chosen], _ = trace(cells.program, own, np.where(at_end, 2.0, 1.0)[chosen] * times[chosen], RTOL)
     stretch = np.where(at_end & chosen[:, np.newaxis], found["critical_stretch"][:, np.newaxis], stretch)
+    at_breakdown = breaks_down & chosen[:, np.newaxis] & (times == span[:, np.newaxis])
+    stretch = np.where(at_breakdown, broken["breakdown_stretch"][:, np.newaxis], stretch)
     span[~np.isfinite(stretch).all(axis=1)] = 0.0  # as accurate as asked could not be reached
     stretch[span == 0.0] = 1.0
     top = max(float(stretch.max()), 1.0 + 1e-3)
     shares = np.divide(times, span[:, np.newaxis], out=np.zeros(times.shape), where=span[:, np.newaxis] > 0.0)
     return Curves(span.astype(np.float32), _packed(shares), _packed((stretch - 1.0) / (top - 1.0)), top)
+
+
+def _column(ds: xr.Dataset, name: str) -> Floats:
+    """Return the values of all cells, NaN where the map is without them."""
+    values = ds[name] if name in ds else xr.full_like(ds["outcome"], np.nan, np.float64)
+    return np.asarray(values.values.ravel(), dtype=np.float64)
 
 
 def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.DataArray]:

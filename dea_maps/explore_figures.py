@@ -11,11 +11,17 @@ from bokeh.themes import Theme
 from matplotlib.colors import to_hex
 
 from .chart_isochrones import time_span
+from .chart_plane import BREAKS_DOWN
 from .chart_regions import COLOURS, LOOKS, words_for
 from .explore_cells import Cells, edges, plain_label
 from .solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
 
-_MEANT = {SURVIVES: ("final_",), FAILS_LATER: ("time_", "seconds_", "critical_"), FAILS_AT_ONCE: ("critical_",)}
+_MEANT = {
+    SURVIVES: ("final_",),
+    FAILS_LATER: ("time_to_failure", "seconds_to_failure", "critical_"),
+    FAILS_AT_ONCE: ("critical_",),
+    BREAKS_DOWN: ("time_to_breakdown", "seconds_to_breakdown", "breakdown_"),
+}
 """With what the names of the variables begin that have a meaning for an outcome."""
 
 _AXIS = {
@@ -162,7 +168,9 @@ def _looks(outcome: int, time: str, times: LogColorMapper | None) -> dict[str, A
         return {"fill_color": colour, "line_color": colour}
     looks = LOOKS[outcome]
     colour = to_hex(looks["facecolor"])
-    hatch = {"hatch_pattern": "/", "hatch_color": to_hex(looks["edgecolor"])} if "hatch" in looks else {}
+    hatch = {}
+    if "hatch" in looks:
+        hatch = {"hatch_pattern": looks["hatch"][0], "hatch_color": to_hex(looks["edgecolor"])}
     return {"fill_color": colour, "line_color": colour, **hatch}
 
 

@@ -12,6 +12,7 @@ from bokeh.models import ColumnDataSource, CustomJS
 from bokeh.models.widgets import CategoricalSlider, Div
 from bokeh.resources import INLINE
 
+from .chart_plane import BREAKS_DOWN
 from .explore_cells import Axis, Cells, columns, edges, plain_label
 from .explore_curves import Curves
 from .explore_figures import THEME, draw_map, draw_trajectory, legend
@@ -54,7 +55,7 @@ def page(cells: Cells, curves: Curves, made_from: str) -> str:
             "said": said,
             "unit": cells.seconds or 1.0,
             "top_stretch": curves.top,
-            "FAILS_LATER": FAILS_LATER,
+            "ENDS": [FAILS_LATER, BREAKS_DOWN],
             "words_of": sentences(cells),
             "parameters": [(plain_label(name), name) for axis in cells.axes[::-1] for name in axis.values],
         },

@@ -2,6 +2,7 @@
 
 from importlib.metadata import version
 
+from .chart_plane import BREAKS_DOWN
 from .explore_cells import POINTS, Cells, fixed_parameters, plain_label
 from .explore_curves import RTOL
 from .nomenclature import NOMENCLATURE
@@ -21,6 +22,7 @@ def reading(cells: Cells) -> str:
         SURVIVES: "light grey: it survives for good",
         FAILS_AT_ONCE: "hatched: it fails at once",
         UNRESOLVED: "black: unresolved, which is no verdict on the film",
+        BREAKS_DOWN: "cross-hatched: it breaks down first",
     }
     met = "; ".join(words for outcome, words in looks.items() if (outcomes == outcome).any())
     parts = [
@@ -73,11 +75,13 @@ def sentences(cells: Cells) -> dict[str, object]:
     curve = {
         str(SURVIVES): f"It survives: after {{end}} {unit} its stretch of {{stretch}} is nearly the final one.",
         str(FAILS_LATER): f"It fails after {{end}} {unit} at a stretch of {{stretch}}.",
+        str(BREAKS_DOWN): f"It breaks down after {{end}} {unit} at a stretch of {{stretch}}.",
     }
     return {
         "nothing": "Click a film in the map, and its stretch against time is drawn here.",
         "curve": curve,
         "no_curve": "It has no curve here: it takes much longer than the others, or to be as accurate as asked.",
         str(FAILS_AT_ONCE): "It fails at once, so that there is no curve.",
+        str(BREAKS_DOWN): "It breaks down while the field is switched on, so that there is no curve.",
         str(UNRESOLVED): "It is unresolved, which is no verdict on the film: there is no curve.",
     }

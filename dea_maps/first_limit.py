@@ -1,5 +1,6 @@
 """Electrical breakdown as a limit on the true field: which comes first, that or the instability."""
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,20 @@ from .answers import (
     INSTABILITY,
     LIMITS,
     NO_LIMIT,
+    SMALLEST_RTOL,
     UNKNOWN_LIMIT,
     roots,
     tight_rtol,
 )
+from .catalogue import LARGEST_RTOL, Choice
+from .cuts import cut
+from .dataset import with_maps
 from .grid import make_grid
+from .nomenclature import BREAKDOWN as VARIABLES
 from .nomenclature import cf_attributes, flags
 from .parameters import brief
 from .programs import PROGRAMS, Program, Step
-from .solve import SURVIVES, UNRESOLVED, applied_field, solve_auto, trace
+from .solve import SURVIVES, UNRESOLVED, applied_field, solve, solve_auto, trace
 from .strength import Strength, StrengthOf, check_strength, excess, strength_of
 
 Array = npt.NDArray[np.float64]
@@ -30,8 +36,13 @@ Cells = dict[str, Array]
 _EARLIEST, _LATEST = 1e-15, 1e9
 _RESULTS = ("time_to_breakdown", "breakdown_stretch", "breakdown_field")
 
+RTOL = 1e-6
+"""Relative error allowed by default."""
+BLOCK = 4096
+"""Films of a map that are followed side by side: memory for more would not make them faster."""
 
-def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = 1e-6) -> xr.Dataset:
+
+def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = RTOL) -> xr.Dataset:
     """Find which comes first in every cell of a map, electromechanical instability or electrical breakdown.
 
     A film breaks down when its true field, the nominal field times the stretch squared, reaches its strength. Along
@@ -57,7 +68,8 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = 1e-6) -> xr.Data
         All of `ds`; ``first_limit`` (CF flags: 0 none, 1 instability, 2 breakdown, 3 unresolved); and, where
         breakdown comes first, ``time_to_breakdown``, ``breakdown_stretch`` and ``breakdown_field`` (nominal, over the
         relaxed critical field), NaN elsewhere. A film that breaks down at once does so while the field is switched on.
-        No film breaks down later than at ``time_to_failure``, if `ds` has it.
+        No film breaks down later than at ``time_to_failure``, if `ds` has it. `rtol` is the attribute
+        ``breakdown_rtol``.
 
     Raises
     ------
@@ -83,15 +95,104 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = 1e-6) -> xr.Data
     program = PROGRAMS[ds.attrs["program"]]()
     grid = make_grid(program, **{name: ds[name] for name in (*program.parameters, "modulus_ratio")})
     cells = {name: values.ravel() for name, values in grid.parameters.items()}
-    limit, results = _first_limits(program, cells, strength_of(strength), tight)
-    if "time_to_failure" in ds:
-        time, life = results["time_to_breakdown"], ds["time_to_failure"].transpose(*grid.dims).values.ravel()
+    life = ds["time_to_failure"].transpose(*grid.dims).values.ravel() if "time_to_failure" in ds else None
+    found = _limited(program, cells, life, strength_of(strength), tight)
+    return with_limits(ds, grid.dims, {name: values.reshape(grid.shape) for name, values in found.items()}, rtol)
+
+
+def with_limits(
+    ds: xr.Dataset, dims: tuple[str, ...], found: Mapping[str, npt.NDArray[Any]], rtol: float
+) -> xr.Dataset:
+    """Return a map with what comes first in its cells, described.
+
+    Parameters
+    ----------
+    ds : Dataset
+        The map.
+    dims : tuple of str
+        The dimensions of its cells.
+    found : mapping of str to ndarray
+        ``first_limit`` and its companions, of the shape of the cells.
+    rtol : float
+        How accurate they are.
+    """
+    more = {"first_limit": flags(LIMITS)}
+    maps = {
+        name: xr.Variable(dims, values, {**cf_attributes(name), **more.get(name, {})})
+        for name, values in found.items()
+    }
+    return with_maps(ds, maps).assign_attrs(breakdown_rtol=rtol)
+
+
+def rtol_of(choice: Choice) -> float:
+    """Return how accurately the breakdown of a map is found: as the map, or by default, if its method has fixed steps.
+
+    Raises
+    ------
+    ValueError
+        If that is more accurate than it can be found.
+
+    Examples
+    --------
+    >>> rtol_of(Choice("quadrature", "stretch", 1e-8, None)), rtol_of(Choice("rk4", "fold", None, 0.01))
+    (1e-08, 1e-06)
+    """
+    rtol = RTOL if choice.rtol is None else choice.rtol
+    try:
+        tight_rtol(rtol)
+    except ValueError:
+        raise ValueError(
+            f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL} with a breakdown strength; got {rtol}"
+        ) from None
+    return rtol
+
+
+def solve_with_limits(
+    program: Program,
+    parameters: Mapping[str, Array],
+    choice: Choice,
+    strength: StrengthOf,
+    *,
+    on_cells: Callable[[int], object] | None = None,
+    threads: int | None = None,
+) -> dict[str, npt.NDArray[Any]]:
+    """Compute every cell of a grid, and what comes first in it, some cells after the others.
+
+    Parameters
+    ----------
+    program, parameters, choice, on_cells, threads
+        As in `dea_maps.solve.solve`.
+    strength : callable
+        The true field at which the film breaks down, over the relaxed critical field.
+
+    Returns
+    -------
+    dict of str to ndarray
+        The maps of a sweep and of `breakdown`, in the order of the cells.
+    """
+    tight = tight_rtol(rtol_of(choice))
+    blocks = cut(parameters["modulus_ratio"].shape, BLOCK)
+    found: list[dict[str, Any]] = []
+    for number in range(blocks.count):
+        cells = {name: np.atleast_1d(values[blocks.index(number)]).ravel() for name, values in parameters.items()}
+        solution = solve(program, cells, choice, threads=threads)
+        maps: dict[str, Any] = solution._asdict()
+        found.append(maps | _limited(program, cells, solution.time_to_failure, strength, tight))
+        if on_cells is not None:
+            on_cells(solution.outcome.size)
+    return {name: np.concatenate([block[name] for block in found]) for name in found[0]}
+
+
+def _limited(
+    program: Program, cells: Cells, life: Array | None, strength: StrengthOf, tight: float
+) -> dict[str, npt.NDArray[Any]]:
+    """Return what comes first in cells, by the names of the variables; not after a time to failure that is known."""
+    limit, results = _first_limits(program, cells, strength, tight)
+    if life is not None:
+        time = results["time_to_breakdown"]
         results["time_to_breakdown"] = np.where(time > life, life, time)
-    described = {**cf_attributes("first_limit"), **flags(LIMITS)}
-    added: dict[str, Any] = {"first_limit": (grid.dims, limit.reshape(grid.shape), described)}
-    for name, values in results.items():
-        added[name] = (grid.dims, values.reshape(grid.shape), cf_attributes(name))
-    return ds.assign(added)
+    found: dict[str, Any] = {"first_limit": limit, **results}
+    return {name: found[name] for name in VARIABLES}
 
 
 def _first_limits(

@@ -13,6 +13,7 @@ from scipy.stats import t as student
 
 from .material import Material
 from .parameters import brief
+from .plausibility import warn_implausible
 from .tension_curves import as_curves
 from .uniaxial import uniaxial_stress
 
@@ -133,6 +134,11 @@ def fit_uniaxial(curves: xr.Dataset, *, noise: str = "constant", name: str = "",
     RuntimeError
         If no fit is found.
 
+    Warns
+    -----
+    ImplausibleWarning
+        Names what is implausible in the curves: its unit may be another one.
+
     Examples
     --------
     >>> import dea_maps as dm, numpy as np, xarray as xr
@@ -148,6 +154,9 @@ def fit_uniaxial(curves: xr.Dataset, *, noise: str = "constant", name: str = "",
     if noise not in NOISES:
         raise ValueError(f"noise must be one of {', '.join(NOISES)}; got {brief(noise)}")
     points = as_curves(curves)
+    warn_implausible("nominal_stress", float(points["nominal_stress"].max()))
+    warn_implausible("stretch", points["stretch"].values)
+    warn_implausible("stretch_rate", points["stretch_rate"].values)
     problem = _problem(points)
     scale = float(problem.stress.max())
     start, lower, upper = _start(problem)

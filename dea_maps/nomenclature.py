@@ -104,6 +104,9 @@ BREAKDOWN: Mapping[str, Quantity] = MappingProxyType(
 )
 """What a limit on the true field adds to them."""
 
+FLAGGED = ("outcome", "first_limit")
+"""Variables of flags, in one byte each; all others are numbers."""
+
 _INSTABILITY = "at electromechanical instability"
 
 GENERAL: Mapping[str, Quantity] = MappingProxyType(

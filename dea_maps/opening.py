@@ -1,21 +1,27 @@
 """Opening a map with a check of all that is in it."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .answers import BREAKDOWN as BREAKS_DOWN
+from .answers import LIMITS
 from .catalogue import methods
 from .cuts import cut
-from .nomenclature import OUTCOMES, VARIABLES, cf_attributes
+from .nomenclature import BREAKDOWN, FLAGGED, GENERAL, OUTCOMES, VARIABLES, cf_attributes
 from .parameters import brief, check_values
 from .programs import PROGRAMS
+from .scales import scales_of
 from .storage import PathLike, open_map
 
 _BLOCK = 2**22  # cells read at once
 _SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
+_FLAGS = {"outcome": OUTCOMES, "first_limit": LIMITS}
+_OTHER_KINDS = {"allowable_voltage", *GENERAL}
+_AT_LEAST_ONE = VARIABLES.keys() - {"outcome", "time_to_failure"} | {"breakdown_stretch"}
 
 
 def open(path: PathLike) -> xr.Dataset:
@@ -56,38 +62,86 @@ def open(path: PathLike) -> xr.Dataset:
     except (FileNotFoundError, IsADirectoryError, PermissionError):
         raise
     except Exception as error:
-        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+        raise _refusal(path, error) from None
+    return _checked(ds, path, _check)
+
+
+def open_any(path: PathLike, *others: str) -> xr.Dataset:
+    """Open a map, or trajectories, or what has other variables of this package, checked as `open` does.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    *others : str
+        Variables that the file may have instead of those of a map.
+
+    Returns
+    -------
+    Dataset
+        To be closed by the caller.
+
+    Raises
+    ------
+    OSError, ValueError
+        As `open`.
+    """
+    return _checked(open_map(path, *others), path, _check_any)
+
+
+def _checked(ds: xr.Dataset, path: PathLike, check: Callable[[xr.Dataset], None]) -> xr.Dataset:
+    """Return a data set once it is checked; closed, if it is refused."""
     try:
-        _check(ds)
+        check(ds)
     except Exception as error:
         ds.close()
-        raise ValueError(f"{path} is not a map, or is damaged: {' '.join(str(error).split())}") from None
+        raise _refusal(path, error) from None
     return ds
+
+
+def _refusal(path: PathLike, error: Exception) -> ValueError:
+    words = f"it lacks {error.args[0]!r}" if isinstance(error, KeyError) and error.args else str(error)
+    return ValueError(f"{path} is not a map, or is damaged: {' '.join(words.split())}")
+
+
+def _check_any(ds: xr.Dataset) -> None:
+    """Check a map as one; of others, that all can be read."""
+    if "program" in ds.attrs or not ds.keys() & _OTHER_KINDS:
+        _check(ds)
+        return
+    for name in map(str, ds.variables):
+        for _ in _blocks({name: ds[name]}):
+            pass
 
 
 def _check(ds: xr.Dataset) -> None:
     """Raise an error that says what is wrong."""
+    for name in ("program", "method", "formulation", "dea_maps_version"):
+        if not isinstance(ds.attrs[name], str):
+            raise ValueError(f"its attribute {name} must be a string; got {brief(ds.attrs[name])}")
     if ds.attrs["program"] not in PROGRAMS:
         raise ValueError(f"its program is {brief(ds.attrs['program'])}")
     chosen = {(method.name, form) for method in methods() for form in method.formulations}
     if (ds.attrs["method"], ds.attrs["formulation"]) not in chosen:
         raise ValueError(f"its method is {brief(ds.attrs['method'])} on {brief(ds.attrs['formulation'])}")
+    scales_of(ds)  # raises where the film is not described as it should be
     accuracy = [float(ds.attrs[name]) for name in ("rtol", "step") if name in ds.attrs]
     if len(accuracy) != 1 or not accuracy[0] > 0.0:
         raise ValueError("it does not say how accurate it is")
     for name in (*PROGRAMS[ds.attrs["program"]].parameters, "modulus_ratio"):
         _check_described(ds[name], name, ("float64",))
         check_values(name, np.asarray(ds[name].values))
-    maps = {name: ds[name] for name in VARIABLES if name in ds}
+    maps = {name: ds[name] for name in (*VARIABLES, *BREAKDOWN) if name in ds}
     dims = next(iter(maps.values())).dims
     for name, array in maps.items():
-        _check_described(array, name, ("int8",) if name == "outcome" else ("float32", "float64"))
+        _check_described(array, name, ("int8",) if name in FLAGGED else ("float32", "float64"))
         if array.dims != dims:
             raise ValueError(f"{name} has the dimensions {array.dims}, others have {dims}")
-    if "outcome" in maps:
-        flags = np.asarray(maps["outcome"].attrs["flag_values"]).tolist()
-        if flags != list(range(len(OUTCOMES))) or maps["outcome"].attrs["flag_meanings"] != " ".join(OUTCOMES):
-            raise ValueError("the flags of outcome are not those of this package")
+    for name, words in _FLAGS.items():
+        if name in maps:
+            flags = np.asarray(maps[name].attrs["flag_values"]).tolist()
+            if flags != list(range(len(words))) or maps[name].attrs["flag_meanings"] != " ".join(words):
+                raise ValueError(f"the flags of {name} are not those of this package")
     for blocks in _blocks(maps):
         _check_values(blocks)
     for other in sorted(map(str, ds.variables.keys() - maps.keys())):
@@ -109,16 +163,20 @@ def _blocks(maps: dict[str, xr.DataArray]) -> Iterator[dict[str, npt.NDArray[Any
 
 def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
     """Hold the values of some cells against their outcomes: what there is, and what there cannot be."""
-    if "outcome" not in block:
-        return
-    outcome = block.pop("outcome")
-    if outcome.size and not (outcome.min() >= 0 and outcome.max() < len(OUTCOMES)):
-        raise ValueError("an outcome is none of the flags")
+    for name, words in _FLAGS.items():
+        if name in block and block[name].size and not (block[name].min() >= 0 and block[name].max() < len(words)):
+            raise ValueError(f"{'an outcome' if name == 'outcome' else name} is none of the flags")
     for name, values in block.items():
-        has_value = (outcome == _SURVIVES) if name == "final_stretch" else _fails(outcome)
+        by = "first_limit" if name in BREAKDOWN else "outcome"
+        if name in FLAGGED or by not in block:
+            continue
+        if by == "outcome":
+            has_value = (block[by] == _SURVIVES) if name == "final_stretch" else _fails(block[by])
+        else:
+            has_value = block[by] == BREAKS_DOWN
         if not np.array_equal(np.isfinite(values), has_value) or not np.array_equal(np.isnan(values), ~has_value):
-            raise ValueError(f"{name} has values where the outcome has none, or none where it has")
-        if np.any(values[has_value] < (0.0 if name == "time_to_failure" else 0.999)):
+            raise ValueError(f"{name} has values where the {by.replace('_', ' ')} has none, or none where it has")
+        if np.any(values[has_value] < (0.999 if name in _AT_LEAST_ONE else 0.0)):
             raise ValueError(f"{name} has values that are too small")
 
 

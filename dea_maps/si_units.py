@@ -7,7 +7,9 @@ from collections.abc import Callable
 import xarray as xr
 
 from .material import Material
+from .material_table import PowerLaw
 from .parameters import brief
+from .plausibility import warn_film
 
 
 def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
@@ -38,6 +40,11 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     TypeError, ValueError
         If something is of the wrong kind or out of bounds, or the permittivity is not known.
 
+    Warns
+    -----
+    ImplausibleWarning
+        Names what is implausible of the film: its unit may be another one.
+
     Examples
     --------
     >>> import dea_maps as dm
@@ -48,6 +55,12 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"ds must be a data set; got {brief(ds)}")
     check_film(material, thickness)
+    warn_film(material, thickness)
+    return in_si(ds, material, thickness)
+
+
+def in_si(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
+    """Return what `physical` does, for a film that is checked already."""
     Ec, tau, H = material.critical_field, material.relaxation_time, float(thickness)
     known = set(ds.variables)
     added = ds.copy(deep=False)
@@ -99,8 +112,18 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
         "relative_permittivity": material.relative_permittivity,
         "thickness_in_m": H,
     }
+    if "first_limit" in ds:
+        numbers_of |= _strength(material)
     added.attrs.update({**described, **numbers_of})
     return added.set_coords(made)
+
+
+def _strength(material: Material) -> dict[str, float]:
+    """Return the breakdown strength as attributes, if it is a number or a power of the stretch."""
+    known = material.breakdown_strength
+    if isinstance(known, PowerLaw):
+        return {"breakdown_strength_in_V_per_m": known.at_rest, "breakdown_strength_exponent": known.exponent}
+    return {} if known is None or callable(known) else {"breakdown_strength_in_V_per_m": known}
 
 
 def check_film(material: Material, thickness: float) -> None:

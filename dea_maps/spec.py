@@ -55,6 +55,7 @@ def read_specification(path: PathLike) -> Specification:
         A TOML file with the tables ``[program]``, ``[grid]`` and, optionally, ``[accuracy]`` and ``[material]``, see
         `dea_maps.read_material`, with the ``thickness`` of the film in m. With a material, ``[grid]`` may have
         ``voltage`` (V) and ``voltage_rate`` (V/s) instead of field and rate, and the modulus ratio may be left out.
+        Its ``breakdown_strength`` is a limit on the true field of every film, see `dea_maps.breakdown`.
 
     Returns
     -------

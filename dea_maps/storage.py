@@ -9,7 +9,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from .nomenclature import VARIABLES
+from .nomenclature import BREAKDOWN, VARIABLES
 
 PathLike = str | os.PathLike[str]
 
@@ -162,7 +162,9 @@ def open_map(path: PathLike, *others: str) -> xr.Dataset:
         ds = xr.open_dataset(file, engine="netcdf4", cache=False)
     except OSError:
         raise ValueError(f"{file} is not a NetCDF file") from None
-    if "dea_maps_version" not in ds.attrs or not ds.keys() & {*VARIABLES, *others}:
+    except Exception as error:  # as many kinds as there are kinds of damage
+        raise ValueError(f"{file} is damaged: {' '.join(str(error).split())}") from None
+    if "dea_maps_version" not in ds.attrs or not ds.keys() & {*VARIABLES, *BREAKDOWN, *others}:
         ds.close()
         raise ValueError(f"{file} is not a map: it does not hold the variables and attributes of a sweep")
     return ds

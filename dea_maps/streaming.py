@@ -1,7 +1,9 @@
 """A sweep to a file, part by part: what is finished survives whatever ends the run."""
 
 import hashlib
+import math
 import os
+import secrets
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -14,16 +16,19 @@ import xarray as xr
 
 from .catalogue import Choice
 from .cuts import Cut, cut
-from .dataset import CELL_BYTES, make_dataset, provenance_of, reduced
+from .dataset import CELL_BYTES, LIMIT_BYTES, make_dataset, provenance_of, reduced
 from .engines import Dask, Pending, Task, Threads, task_of
+from .first_limit import rtol_of, solve_with_limits, with_limits
 from .grid import Grid
 from .map_file import MapFile
 from .material import Material
-from .nomenclature import VARIABLES
+from .material_table import PowerLaw
+from .nomenclature import BREAKDOWN, FLAGGED, VARIABLES
 from .parts import Arrays, Parts, locked_parts
-from .si_units import physical
+from .si_units import in_si
 from .solve import KERNELS, Solution, default_threads, solve
 from .storage import sync
+from .strength import StrengthOf
 
 Film = tuple[Material, float]
 """A material, and the thickness of the undeformed film in m."""
@@ -33,8 +38,8 @@ Film = tuple[Material, float]
 PART_CELLS = 500_000
 # Cells of a chunk within the file: half a megabyte of float64.
 CHUNK_CELLS = 65_536
-# Cells solved to estimate how long a sweep takes.
-SAMPLE = 2000
+# Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
+SAMPLE, SAMPLE_LIMITED = 2000, 100
 # Parts in memory at once: being computed, converted, saved, written, and waiting for that.
 PARTS_IN_MEMORY = 8
 # Saves and writes that may wait for the disk before the computing does.
@@ -72,16 +77,30 @@ class Plan:
     parts: Cut
     film: Film | None
 
+    @property
+    def strength(self) -> StrengthOf | None:
+        """The true field at which the film breaks down, over the relaxed critical field, if it is known."""
+        known = self.film is not None and self.film[0].breakdown_strength is not None
+        return self.film[0].strength if self.film is not None and known else None
+
     def hollow(self) -> xr.Dataset:
         """Return the map without its values: views of single numbers."""
-        kinds = (np.int8 if name == "outcome" else np.dtype(self.dtype) for name in VARIABLES)
-        solution = Solution(*(np.broadcast_to(np.zeros((), kind), self.grid.shape) for kind in kinds))
+        none = {
+            name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
+            for name, kind in _kinds((*VARIABLES, *BREAKDOWN), self.dtype).items()
+        }
+        solution = Solution(*(none[name] for name in VARIABLES))
         whole = make_dataset(self.grid, solution, provenance_of(self.choice))
+        if self.strength is not None:
+            limits = {name: none[name] for name in BREAKDOWN}
+            whole = with_limits(whole, self.grid.dims, limits, rtol_of(self.choice))
         kept = reduced(whole, list(self.variables), self.dtype)
         if self.film is None:
             return kept
-        made = physical(kept.drop_vars(self.variables), *self.film)
-        for name, array in physical(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film).data_vars.items():
+        made = in_si(kept.drop_vars(self.variables), *self.film)
+        pattern = in_si(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film)
+        made.attrs = pattern.attrs
+        for name, array in pattern.data_vars.items():
             values = np.broadcast_to(np.zeros((), array.dtype), self.grid.shape)
             made[name] = (self.grid.dims, values, array.attrs)
             made[name].encoding = array.encoding
@@ -91,12 +110,13 @@ class Plan:
         """Return what the file stores of the values of a part: also in SI units, if there is a film."""
         if self.film is None:
             return arrays
-        part = physical(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
+        part = in_si(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
         return {str(name): array.values for name, array in part.data_vars.items()}
 
     def task(self, number: int) -> Task:
         """Return a part as something to be computed."""
-        return task_of(self.grid, self.parts.index(number), self.choice, self.variables, self.dtype)
+        task = task_of(self.grid, self.parts.index(number), self.choice, self.variables, self.dtype)
+        return task if self.strength is None else task._replace(strength=self.strength)
 
     def cells(self, number: int) -> int:
         """Return the number of cells of a part."""
@@ -107,11 +127,19 @@ class Plan:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
         known = (self.grid.program, self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
-        digest.update(repr((*known, self.parts, KERNELS)).encode())
+        digest.update(repr((*known, self.parts, KERNELS, *self._limit())).encode())
         for name, array in self.grid.parameters.items():
             own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
             digest.update(repr((name, own.shape)).encode() + np.ascontiguousarray(own).tobytes())
         return digest.hexdigest()
+
+    def _limit(self) -> tuple[object, ...]:
+        """Return what the breakdown depends on; a function has no name that says what it returns, today and later."""
+        if self.film is None or self.film[0].breakdown_strength is None:
+            return ()
+        known = self.film[0].breakdown_strength
+        same = not callable(known) or isinstance(known, PowerLaw)
+        return (known if same else secrets.token_hex(16), self.film[0].critical_field)
 
 
 def make_plan(
@@ -126,21 +154,31 @@ def make_plan(
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
     chunks = cut(grid.shape, CHUNK_CELLS)
     cell_bytes = CELL_BYTES if film is None else 2 * CELL_BYTES
-    most = max(1, min(PART_CELLS, memory // (PARTS_IN_MEMORY * cell_bytes)))
+    part_cells = PART_CELLS
+    # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
+    if film is not None and film[0].breakdown_strength is not None:
+        cell_bytes += 2 * LIMIT_BYTES
+        part_cells = min(part_cells, math.prod(chunks.part_shape))
+    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * cell_bytes)))
     return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
 
 
 def estimated_seconds(plan: Plan) -> float:
     """Return how long the computing would take on this machine, from a short measurement on cells of the grid."""
-    some = np.random.default_rng(0).integers(plan.grid.cells, size=SAMPLE)
+    number = SAMPLE if plan.strength is None else SAMPLE_LIMITED
+    some = np.random.default_rng(0).integers(plan.grid.cells, size=number)
     index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
     sample = {name: np.array(array[index], ndmin=1) for name, array in plan.grid.parameters.items()}
     seconds = []
     for _ in range(2):  # the first time also compiles, or reads the machine code
         start = time.perf_counter()
-        solve(plan.grid.program, sample, plan.choice, threads=1)
+        if plan.strength is None:
+            solve(plan.grid.program, sample, plan.choice, threads=1)
+        else:
+            solve_with_limits(plan.grid.program, sample, plan.choice, plan.strength)
         seconds.append(time.perf_counter() - start)
-    return min(seconds) / sample["modulus_ratio"].size * plan.grid.cells / default_threads()
+    threads = default_threads() if plan.strength is None else 1  # the breakdown is found on all of them already
+    return min(seconds) / number * plan.grid.cells / threads
 
 
 def stream(
@@ -213,7 +251,7 @@ def _finished(
     plan: Plan, parts: Parts, engine: Threads | Dask, on_cells: Callable[[int], object]
 ) -> Iterator[tuple[int, Arrays, bool]]:
     """Yield number, values, and whether they are new, of all parts in order; some are begun ahead of the others."""
-    kinds = {name: np.dtype(np.int8 if name == "outcome" else plan.dtype) for name in plan.variables}
+    kinds = _kinds(plan.variables, plan.dtype)
     window: deque[tuple[int, Arrays | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
@@ -226,6 +264,11 @@ def _finished(
             elif arrays is not None:
                 on_cells(plan.cells(first))
                 yield first, arrays, False
+
+
+def _kinds(variables: tuple[str, ...], dtype: str) -> dict[str, np.dtype[np.generic]]:
+    """Return what variables are stored as."""
+    return {name: np.dtype(np.int8 if name in FLAGGED else dtype) for name in variables}
 
 
 def _result(number: int, plan: Plan, pending: Pending) -> Arrays:

@@ -1,13 +1,17 @@
 """What a map holds, in words for a terminal."""
 
 from collections.abc import Hashable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .answers import LIMITS
 from .cuts import cut
-from .nomenclature import NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
+from .nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
+from .printable import printable
+from .scales import scales_of
 from .streaming import Plan, estimated_seconds
 
 _WIDTH = 26
@@ -33,9 +37,7 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     >>> outcome_counts(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     {'survives': 1, 'fails_later': 2, 'fails_at_once': 0, 'unresolved': 0}
     """
-    none = np.zeros(len(OUTCOMES), np.int64)
-    counts = sum((np.bincount(block.ravel(), minlength=none.size) for block in _blocks(ds["outcome"])), none)
-    return dict(zip(OUTCOMES, counts.tolist(), strict=True))
+    return _counts(ds["outcome"], OUTCOMES)
 
 
 def one_line(ds: xr.Dataset) -> str:
@@ -52,8 +54,8 @@ def one_line(ds: xr.Dataset) -> str:
     >>> one_line(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     '3 cells: 1 survives, 2 fails later, 0 fails at once, 0 unresolved'
     """
-    counts = ", ".join(f"{count:,} {_words(outcome)}" for outcome, count in outcome_counts(ds).items())
-    return f"{ds['outcome'].size:,} cells: {counts}"
+    line = f"{ds['outcome'].size:,} cells: {_in_words(outcome_counts(ds))}"
+    return f"{line}; first limit: {_in_words(_counts(ds['first_limit'], LIMITS))}" if "first_limit" in ds else line
 
 
 def describe(ds: xr.Dataset) -> str:
@@ -70,14 +72,14 @@ def describe(ds: xr.Dataset) -> str:
     >>> print(describe(dm.sweep(dm.Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[1])
     program                    step
     """
-    accuracy = next(f"{key} {ds.attrs[key]:g}" for key in ("rtol", "step") if key in ds.attrs)
-    made_with = [name for name in ("dea_maps", "numba", "numpy", "scipy") if f"{name}_version" in ds.attrs]
-    versions = ", ".join(f"{name} {ds.attrs[f'{name}_version']}" for name in made_with)
-    first = ds[next(name for name in VARIABLES if name in ds)]
+    accuracy = [f"{key} {float(ds.attrs[key]):g}" for key in ("rtol", "step") if key in ds.attrs]
+    versions = [f"{key.removesuffix('_version')} {ds.attrs[key]}" for key in ds.attrs if key.endswith("_version")]
+    maps = [name for name in (*VARIABLES, *BREAKDOWN) if name in ds]
+    first = ds[maps[0]]
     lines = [
-        ds.attrs["title"],
+        str(ds.attrs.get("title", "a map without a title")),
         *_how(ds, accuracy),
-        _row("made with", versions),
+        _row("made with", ", ".join(versions)),
         *_film(ds),
         _row("dimensions", _lengths(first.sizes)),
         _row("cells", f"{first.size:,}"),
@@ -88,11 +90,14 @@ def describe(ds: xr.Dataset) -> str:
     if "outcome" in ds:
         lines += ["", "outcomes, in cells"]
         lines += [_row(_words(outcome), f"{count:,}") for outcome, count in outcome_counts(ds).items()]
+    if "first_limit" in ds:
+        lines += ["", "what ends the loading first, in cells"]
+        lines += [_row(word, f"{count:,}") for word, count in _counts(ds["first_limit"], LIMITS).items()]
     lines += ["", "variables, from least to greatest"]
-    among = NOMENCLATURE if _is_general(ds) else VARIABLES
-    names = [name for name in among if name in ds.data_vars and name not in {"outcome", "first_limit"}]
+    among = NOMENCLATURE if _is_general(ds) else maps
+    names = [name for name in among if name in ds.data_vars and name not in FLAGGED]
     lines += [_row(name, _range(ds[name])) for name in [*names, *_in_si(ds, coordinates=False)]]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def _is_general(ds: xr.Dataset) -> bool:
@@ -100,25 +105,37 @@ def _is_general(ds: xr.Dataset) -> bool:
     return "stretch_1" in ds
 
 
-def _how(ds: xr.Dataset, accuracy: str) -> list[str]:
+def _how(ds: xr.Dataset, accuracy: list[str]) -> list[str]:
     """Return the lines on what was prescribed and how it was computed."""
     if not _is_general(ds):
-        return [
-            _row("program", ds.attrs["program"]),
-            _row("method", f"{ds.attrs['method']}, formulation {ds.attrs['formulation']}, {accuracy}"),
-        ]
+        method = [str(ds.attrs["method"]), f"formulation {ds.attrs['formulation']}"] if "method" in ds.attrs else []
+        program = [_row("program", ds.attrs["program"])] if "program" in ds.attrs else []
+        return [*program, _row("method", ", ".join([*method, *accuracy]))]
     loads = [name for name in map(str, ds.attrs) if name.startswith("prescribed_")]
     rows = [_row(name.replace("_", " "), str(ds.attrs[name])) for name in loads]
     limit = ds["first_limit"].attrs["flag_meanings"].split()[int(ds["first_limit"])]
-    return [*rows, _row("accuracy", accuracy), _row("first limit", _words(limit))]
+    return [*rows, _row("accuracy", ", ".join(accuracy)), _row("first limit", _words(limit))]
 
 
 def _film(ds: xr.Dataset) -> list[str]:
-    """Return the line on the film of a map in volts and seconds."""
-    if "thickness_in_m" not in ds.attrs:
+    """Return the lines on the film of a map in volts and seconds."""
+    scales = scales_of(ds)
+    if scales is None:
         return []
-    name = ds.attrs["material"] or "a material without a name"
-    return [_row("film", f"{name}, {1e6 * ds.attrs['thickness_in_m']:.6g} um thick")]
+    name = ds.attrs.get("material") or "a material without a name"
+    lines = [_row("film", f"{name}, {1e6 * ds.attrs['thickness_in_m']:.6g} um thick"), _row("scales", scales)]
+    if "first_limit" in ds:
+        lines.append(_row("breakdown strength", _strength(ds.attrs)))
+    return lines
+
+
+def _strength(attributes: Mapping[str, Any]) -> str:
+    """Return a breakdown strength in words."""
+    if "breakdown_strength_in_V_per_m" not in attributes:
+        return "a function of the stretch"
+    words = f"{1e-6 * attributes['breakdown_strength_in_V_per_m']:.4g} MV/m"
+    exponent = attributes.get("breakdown_strength_exponent")
+    return words if exponent is None else f"{words} * stretch^{exponent:.4g}"
 
 
 def _in_si(ds: xr.Dataset, coordinates: bool) -> list[str]:
@@ -147,7 +164,8 @@ def describe_plan(plan: Plan) -> str:
     size = grid.cells * sum(array.dtype.itemsize for array in hollow.data_vars.values())
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     return "\n".join(
-        [
+        printable(line)
+        for line in [
             _row("program", grid.program.name),
             _row("dimensions", _lengths(dict(zip(grid.dims, grid.shape, strict=True)))),
             _row("cells", f"{grid.cells:,}"),
@@ -183,6 +201,17 @@ def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:
 
 def _row(name: str, value: str) -> str:
     return f"{name:{_WIDTH}} {value}"
+
+
+def _counts(flags: xr.DataArray, words: tuple[str, ...]) -> dict[str, int]:
+    """Count the cells of every flag."""
+    none = np.zeros(len(words), np.int64)
+    counts = sum((np.bincount(block.ravel(), minlength=none.size) for block in _blocks(flags)), none)
+    return dict(zip(words, counts.tolist(), strict=True))
+
+
+def _in_words(counts: Mapping[str, int]) -> str:
+    return ", ".join(f"{count:,} {_words(word)}" for word, count in counts.items())
 
 
 def _words(outcome: str) -> str:

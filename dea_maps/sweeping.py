@@ -10,6 +10,7 @@ from .catalogue import Choice, choose
 from .dataset import CELL_BYTES, make_dataset, provenance_of
 from .grid import Grid, make_grid
 from .parameters import ParameterLike
+from .plausibility import warn_implausible
 from .programs import Program
 from .solve import Solution, solve
 
@@ -50,7 +51,10 @@ def planned(
     (2, 'dopri5')
     """
     grid = make_grid(program, modulus_ratio=modulus_ratio, field=field, rate=rate)
-    return grid, choose(program, method, formulation, rtol, step)
+    choice = choose(program, method, formulation, rtol, step)
+    if grid.cells and "field" in grid.coords:
+        warn_implausible("field", grid.coords["field"].values, scale=float(grid.coords["modulus_ratio"].max()) ** 0.5)
+    return grid, choice
 
 
 def sweep(
@@ -104,6 +108,11 @@ def sweep(
         computing.
     MemoryError
         If the result does not fit in memory.
+
+    Warns
+    -----
+    ImplausibleWarning
+        If a field is more than 100 times that at which films fail at once: it may be in V or V/m.
 
     Examples
     --------

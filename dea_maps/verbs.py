@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from .printable import printable
+
 
 class InputError(Exception):
     """Input that was refused before any computing."""
@@ -16,16 +18,38 @@ class InputError(Exception):
 
 @contextmanager
 def _checking_input() -> Iterator[None]:
-    """Take errors for refusals of what the user gave."""
+    """Take errors for refusals of what the user gave; warnings of it are shown if it is not refused."""
     try:
-        yield
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            yield
     except (OSError, TypeError, ValueError) as error:
         raise InputError(str(error)) from error
+    for warning in caught:
+        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+
+@contextmanager
+def warnings_in_lines() -> Iterator[None]:
+    """Show every warning once, on one line of standard error."""
+    said: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        line = printable(" ".join(str(message).split()))
+        if line not in said:
+            said.add(line)
+            print("dea-maps: warning:", line, file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show
+        yield
 
 
 def sweep(arguments: argparse.Namespace) -> None:
     """Solve a specification into a file."""
     from .disk import planned_file, sweep_to_netcdf
+    from .scales import scales_of
     from .spec import read_specification, thinned
     from .storage import open_map
     from .summary import describe_plan, one_line
@@ -44,24 +68,23 @@ def sweep(arguments: argparse.Namespace) -> None:
     if arguments.dry_run:
         print(describe_plan(plan))
         return
+    if plan.film is not None and not arguments.quiet:
+        print(scales_of(plan.hollow()), flush=True)
     progress = sys.stderr.isatty() and not arguments.quiet
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
-        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
-            print(f"{arguments.output}: {one_line(ds)}")
+            print(f"{printable(arguments.output)}: {one_line(ds)}")
 
 
 def plot(arguments: argparse.Namespace) -> None:
     """Draw what a file holds."""
     from .charts import check_chart_path, draw, save
-    from .storage import open_map
+    from .opening import open_any
 
     with _checking_input():
         check_chart_path(arguments.output)
-        with open_map(arguments.map, "allowable_voltage") as ds:
+        with open_any(arguments.map, "allowable_voltage") as ds:
             figure = draw(ds, arguments.chart, arguments.size)
     save(figure, arguments.output)
 
@@ -69,11 +92,11 @@ def plot(arguments: argparse.Namespace) -> None:
 def explore(arguments: argparse.Namespace) -> None:
     """Make a page to look around in a map."""
     from .explorer import check_page_path, draw, save
-    from .storage import open_map
+    from .opening import open_any
 
     with _checking_input():
         check_page_path(arguments.output)
-        with open_map(arguments.map) as ds:
+        with open_any(arguments.map) as ds:
             page = draw(ds)
     save(page, arguments.output)
 
@@ -96,11 +119,11 @@ def design(arguments: argparse.Namespace) -> None:
 
 def info(arguments: argparse.Namespace) -> None:
     """Print what a file holds."""
-    from .storage import open_map
+    from .opening import open_any
     from .summary import describe
 
     with _checking_input():
-        ds = open_map(arguments.map)
+        ds = open_any(arguments.map)
     with ds:
         print(describe(ds))
 
@@ -119,6 +142,7 @@ def fit(arguments: argparse.Namespace) -> None:
             check_chart_path(arguments.output)
     file = Path(os.fsencode(arguments.data).decode(errors="replace"))
     fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
-    print(f"{fit.summary()}\n\n{table_of(fit.material)}")
+    lines = f"{fit.summary()}\n\n{table_of(fit.material)}".split("\n")
+    print("\n".join(map(printable, lines)))
     if arguments.output is not None:
         save(draw_fit(fit), arguments.output)

@@ -9,6 +9,7 @@ import xarray as xr
 
 import dea_maps as dm
 from dea_maps import disk, engines, streaming
+from dea_maps.material_table import PowerLaw
 
 distributed = pytest.importorskip("distributed")
 
@@ -52,6 +53,16 @@ def test_a_worker_that_dies_is_replaced(cluster, tmp_path, monkeypatch):
     dm.sweep_to_netcdf(path, dm.RampHold(), **CUBE, engine="dask", scheduler=cluster.scheduler_address)
     assert len(pids) == 13
     xr.testing.assert_identical(xr.load_dataset(path), dm.sweep(dm.RampHold(), **CUBE))
+
+
+def test_workers_find_the_breakdown_too(cluster, tmp_path):
+    film = dm.Material(87.8e3, 22.8e3, 200.0, 4.7, breakdown_strength=PowerLaw(30e6, 1.0))
+    arguments = {"field": [0.9, 1.3, 1.7, 2.1], "rate": [0.1, 10.0], "modulus_ratio": 4.0, "material": film}
+    for name, engine in (("a", {}), ("b", {"engine": "dask", "scheduler": cluster.scheduler_address})):
+        dm.sweep_to_netcdf(tmp_path / name, dm.RampHold(), **arguments, thickness=1e-4, **engine)
+    found = xr.load_dataset(tmp_path / "b")
+    xr.testing.assert_identical(found, xr.load_dataset(tmp_path / "a"))
+    assert 2 in found.first_limit
 
 
 def test_what_cannot_be_finished_is_named(cluster, tmp_path, monkeypatch):
