@@ -103,7 +103,7 @@ def material_of(table: Any, others: tuple[str, ...] = ()) -> Material:
         raise ValueError("material must be a table, [material]")
     if "preset" in table:
         check_keys("[material]", table, ("preset", *others), (*_NUMBERS, *_OPTIONAL))
-        if table["preset"] not in PRESETS:
+        if not isinstance(table["preset"], str) or table["preset"] not in PRESETS:
             raise ValueError(
                 f"material.preset must be one of {', '.join(PRESETS)}; got {unknown(table['preset'], PRESETS)}"
             )

@@ -13,6 +13,7 @@ RATES = np.array([1e-4, 1e-3, 1e-2, 1e-1])  # per s
 STRETCH = np.linspace(1.25, 5.0, 16)
 TRUE = {"unrelaxed_modulus": 87.8e3, "relaxed_modulus": 22.8e3, "relaxation_time": 200.0, "modulus_ratio": 87.8 / 22.8}
 REPETITIONS = 10
+HEAD = "stretch_rate,stretch,nominal_stress\n"
 
 
 def made(rates=RATES):
@@ -169,15 +170,24 @@ def test_what_is_printed_is_a_material_to_design_with(table, capsys):
             "stretch_rate,stretch,nominal_stress\n0.1,0.9,1e3\n",
             "other.csv: stretch must be finite and at least 1; got 0.9",
         ),
+        (HEAD + "0.1,1.2,1_5\n", "other.csv: line 2 must have a number for nominal_stress; got '1_5'"),
+        (HEAD + "0.1,1.2,१५\n", "other.csv: line 2 must have a number for nominal_stress; got '१५'"),
+        (HEAD + "0.1,1.2," + 10_000 * "x" + "\n", "line 2 must have a number for nominal_stress; got 'xxxx"),
+        (HEAD + "# more\n\n0.1,1.2," + 200_000 * "1" + "\n", "other.csv: line 4 cannot be read: field larger than"),
+        (HEAD + '0.1,"1.2\n",1e3\n0.1,1.2,"1\n', "other.csv: line 4 must have a number for nominal_stress; got"),
+        (HEAD + "0.1,1e200,1e3\n", "other.csv: stretch must be from 1 to 1000; got 1e+200"),
+        (HEAD + "1e-300,1.2,1e3\n", "other.csv: stretch_rate must be from 1e-12 to 1e+12; got 1e-300"),
+        (HEAD + "0.1,1.2,1e300\n", "other.csv: nominal_stress must be from -1e+15 to 1e+15; got 1e+300"),
     ],
 )
 def test_bad_tables_end_with_2_and_one_line(table, capsys, text, words):
     if text is not None:
-        (table / "other.csv").write_text(text)
+        (table / "other.csv").write_text(text, encoding="utf-8")
     assert main(["fit", "other.csv"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+    assert len(captured.err) < 200
     assert words in captured.err
     assert main(["fit", "data.csv", "-o", "fit.gif"]) == 2
     assert "a chart must be a file ending in .png, .svg, .pdf; got fit.gif" in capsys.readouterr().err
