@@ -113,7 +113,7 @@ def read_curves(path: PathLike) -> xr.Dataset:
 
 def _columns(text: str) -> dict[str, npt.NDArray[np.float64]]:
     """Return the columns of a table in CSV."""
-    reader = csv.reader("" if line.startswith("#") else line for line in text.split("\n"))
+    reader = csv.reader("\n" if line.startswith("#") else f"{line}\n" for line in text.split("\n"))
     rows = []
     try:
         for row in reader:

@@ -174,7 +174,7 @@ def test_what_is_printed_is_a_material_to_design_with(table, capsys):
         (HEAD + "0.1,1.2,१५\n", "other.csv: line 2 must have a number for nominal_stress; got '१५'"),
         (HEAD + "0.1,1.2," + 10_000 * "x" + "\n", "line 2 must have a number for nominal_stress; got 'xxxx"),
         (HEAD + "# more\n\n0.1,1.2," + 200_000 * "1" + "\n", "other.csv: line 4 cannot be read: field larger than"),
-        (HEAD + '0.1,"1.2\n",1e3\n0.1,1.2,"1\n', "other.csv: line 4 must have a number for nominal_stress; got"),
+        (HEAD + '0.1,1.2,"1\n5"\n', r"other.csv: line 3 must have a number for nominal_stress; got '1\n5'"),
         (HEAD + "0.1,1e200,1e3\n", "other.csv: stretch must be from 1 to 1000; got 1e+200"),
         (HEAD + "1e-300,1.2,1e3\n", "other.csv: stretch_rate must be from 1e-12 to 1e+12; got 1e-300"),
         (HEAD + "0.1,1.2,1e300\n", "other.csv: nominal_stress must be from -1e+15 to 1e+15; got 1e+300"),
