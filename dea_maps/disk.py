@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable
 from contextlib import nullcontext
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +14,7 @@ from .nomenclature import VARIABLES
 from .parameters import ParameterLike, brief
 from .programs import Program
 from .si_units import check_film
-from .storage import PathLike, check_writable, write_dataset
+from .storage import PathLike, check_netcdf_name, check_writable, write_dataset
 from .streaming import Film, Plan, make_plan, stream
 from .sweeping import planned, progress_bar
 
@@ -159,6 +160,9 @@ def planned_file(
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
     film = _film(material, thickness)
+    if engine == "dask" and find_spec("distributed") is None:
+        raise ValueError("engine 'dask' needs Dask, which comes with: pip install 'dea-maps[distributed]'")
+    check_netcdf_name(path)
     check_writable(path)
     return make_plan(Path(path), grid, choice, kept, dtype, room, film)
 

@@ -49,6 +49,32 @@ def check_writable(path: PathLike) -> None:
         raise type(error)(f"cannot write {target}: {error.strerror} in the folder {folder}") from None
 
 
+@contextmanager
+def naming(path: PathLike) -> Iterator[None]:
+    """Name the file in what the system says on writing it, as where the disk is full."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or error.strerror is None:  # names it already
+            raise
+        raise type(error)(f"cannot write {os.fspath(path)}: {error.strerror}") from error
+
+
+def check_netcdf_name(path: PathLike) -> None:
+    """Check that NetCDF, which wants Unicode, can be told the name of a file.
+
+    Raises
+    ------
+    ValueError
+        If it is not UTF-8.
+    """
+    try:
+        os.fsencode(path).decode()
+    except UnicodeDecodeError:
+        name = os.fsencode(path).decode(errors="backslashreplace")
+        raise ValueError(f"the name of a NetCDF file must be UTF-8; got {name}") from None
+
+
 def existing(path: PathLike) -> Path:
     """Return a file that is to be read, once it is known to be there and no folder.
 
@@ -132,11 +158,12 @@ def replacing(path: PathLike) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:
-        yield temporary
-        sync(temporary)
-        os.replace(temporary, target)
-        if os.name == "posix":  # a folder cannot be opened elsewhere
-            sync(target.parent)
+        with naming(target):
+            yield temporary
+            sync(temporary)
+            os.replace(temporary, target)
+            if os.name == "posix":  # a folder cannot be opened elsewhere
+                sync(target.parent)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -203,6 +230,7 @@ def open_map(path: PathLike, *others: str) -> xr.Dataset:
     file = existing(path)
     if not file.is_file():
         raise OSError(f"{file} is not a file")
+    check_netcdf_name(file)
     with file.open("rb") as stream:  # says so if it cannot be read, where netCDF would blame the format
         stream.read(1)
     try:

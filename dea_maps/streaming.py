@@ -20,10 +20,10 @@ from .grid import Grid
 from .map_file import MapFile
 from .material import Material
 from .nomenclature import VARIABLES
-from .parts import Arrays, Parts, locked_parts
+from .parts import Arrays, Parts, folder_of, locked_parts
 from .si_units import physical
 from .solve import KERNELS, Solution, default_threads, solve
-from .storage import sync
+from .storage import naming, sync
 
 Film = tuple[Material, float]
 """A material, and the thickness of the undeformed film in m."""
@@ -130,8 +130,13 @@ def make_plan(
     return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
 
 
-def estimated_seconds(plan: Plan) -> float:
-    """Return how long the computing would take on this machine, from a short measurement on cells of the grid."""
+def finished_parts(plan: Plan) -> list[int]:
+    """Return the numbers of the parts that an interrupted run of the same sweep finished."""
+    return Parts(folder_of(Path(os.path.realpath(plan.path))), plan.identity()).finished()
+
+
+def estimated_seconds(plan: Plan) -> tuple[float, float]:
+    """Return how long this machine computes all cells, and how long it takes to start, from cells of the grid."""
     some = np.random.default_rng(0).integers(plan.grid.cells, size=SAMPLE)
     index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
     sample = {name: np.array(array[index], ndmin=1) for name, array in plan.grid.parameters.items()}
@@ -140,7 +145,8 @@ def estimated_seconds(plan: Plan) -> float:
         start = time.perf_counter()
         solve(plan.grid.program, sample, plan.choice, threads=1)
         seconds.append(time.perf_counter() - start)
-    return min(seconds) / sample["modulus_ratio"].size * plan.grid.cells / default_threads()
+    computing = min(seconds) / sample["modulus_ratio"].size * plan.grid.cells / default_threads()
+    return computing, seconds[0] - min(seconds)
 
 
 def stream(
@@ -172,9 +178,10 @@ def stream(
         computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
-            sync(temporary)
-            os.replace(temporary, target)
-            sync(target.parent)
+            with naming(target):
+                sync(temporary)
+                os.replace(temporary, target)
+                sync(target.parent)
         except KeyboardInterrupt:
             kept = parts.count()
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []

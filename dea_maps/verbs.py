@@ -3,11 +3,14 @@
 import argparse
 import os
 import sys
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+
+from .streams import say
+
+MAP_SUFFIX = ".nc"
 
 
 class InputError(Exception):
@@ -38,20 +41,24 @@ def sweep(arguments: argparse.Namespace) -> None:
         parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
         film = {"material": spec.material, "thickness": spec.thickness}
         asked = {**parameters, **spec.accuracy, **storing, **film}
+        _check_other(arguments.output, arguments.specification, "the specification")
+        if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
+            raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
         plan = planned_file(arguments.output, spec.program, **asked)
-        if os.path.exists(arguments.output) and os.path.samefile(arguments.output, arguments.specification):
-            raise ValueError(f"cannot write {arguments.output}: it is the specification itself")
     if arguments.dry_run:
-        print(describe_plan(plan))
+        say(describe_plan(plan, arguments.fresh))
         return
     progress = sys.stderr.isatty() and not arguments.quiet
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
-        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
-            print(f"{arguments.output}: {one_line(ds)}")
+            say(f"{arguments.output}: {one_line(ds)}")
+
+
+def _check_other(output: str, read: str, what: str) -> None:
+    """Check that a file that is to be written is not the one that is read."""
+    if os.path.exists(output) and os.path.samefile(output, read):
+        raise ValueError(f"cannot write {output}: it is {what} itself")
 
 
 def plot(arguments: argparse.Namespace) -> None:
@@ -87,7 +94,7 @@ def design(arguments: argparse.Namespace) -> None:
         if arguments.output is not None:
             check_chart_path(arguments.output)
         answers = read_design(arguments.specification)
-    print(describe_design(answers))
+    say(describe_design(answers))
     if arguments.output is not None:
         with _checking_input():
             figure = draw(answers, "design_chart", arguments.size)
@@ -102,23 +109,33 @@ def info(arguments: argparse.Namespace) -> None:
     with _checking_input():
         ds = open_map(arguments.map)
     with ds:
-        print(describe(ds))
+        say(describe(ds))
 
 
 def fit(arguments: argparse.Namespace) -> None:
-    """Fit a material, print it, also as a table of a specification, and draw the fit."""
+    """Fit a material, say how well it is known, give the table of a specification, and draw the fit."""
     from .charts import check_chart_path, save
     from .fit_chart import draw_fit
     from .fitting import fit_uniaxial
     from .material_table import table_of
+    from .storage import check_writable, replacing
     from .tension_curves import read_curves
 
     with _checking_input():
         curves = read_curves(arguments.data)
         if arguments.output is not None:
             check_chart_path(arguments.output)
+        if arguments.material is not None:
+            _check_other(arguments.material, arguments.data, "the data")
+            check_writable(arguments.material)
     file = Path(os.fsencode(arguments.data).decode(errors="replace"))
     fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
-    print(f"{fit.summary()}\n\n{table_of(fit.material)}")
+    table = table_of(fit.material, [name for name, known in fit.determined.items() if not known])
+    if arguments.material is None:  # a specification, as a whole
+        say("\n".join([*(f"# {line}" for line in fit.summary().splitlines()), "", table]))
+    else:
+        with replacing(arguments.material) as temporary:
+            temporary.write_text(f"{table}\n", encoding="utf-8")
+        say(fit.summary())
     if arguments.output is not None:
         save(draw_fit(fit), arguments.output)
