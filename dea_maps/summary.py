@@ -137,16 +137,17 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
     finished = [] if fresh else finished_parts(plan)
     left = 1.0 - sum(map(plan.cells, finished)) / max(1, grid.cells)
     computing, start = estimated_seconds(plan) if grid.cells else (0.0, 0.0)
+    done, rest = (f", of which {len(finished):,} are finished", ", for the rest") if finished else ("", "")
     return "\n".join(
         [
             _row("program", grid.program.name),
             _row("dimensions", _lengths(dict(zip(grid.dims, grid.shape, strict=True)))),
             _row("cells", f"{grid.cells:,}"),
             _row("size", f"{_bytes_in_words(size)}; less in the file, which is compressed"),
-            _row("parts", f"{plan.parts.count:,}" + (f", of which {len(finished):,} are finished" if finished else "")),
+            _row("parts", f"{plan.parts.count:,}{done}"),
             *_film(hollow),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
-            _row("estimated time", f"{_time_in_words(left * computing)} on this machine{', for the rest' if finished else ''}"),
+            _row("estimated time", f"{_time_in_words(left * computing)} on this machine{rest}"),
             _row("start", _start_in_words(start)),
             *_parameters(hollow),
         ]

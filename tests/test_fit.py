@@ -1,5 +1,7 @@
 """The fit to uniaxial tension: finds what the curves were made of, and how well it knows it."""
 
+import tomllib
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -154,6 +156,38 @@ def test_what_is_printed_is_a_material_to_design_with(table, capsys):
     (table / "design.toml").write_text("\n".join([*known, "thickness = 50e-6", "[design]", "holding_time = 3600"]))
     assert main(["design", "design.toml"]) == 0
     assert "data, 50 um" in capsys.readouterr().out
+
+
+def test_what_is_printed_can_be_read_as_a_whole(table, capsys):
+    assert main(["fit", "data.csv"]) == 0
+    printed = capsys.readouterr().out
+    assert "# 64 points at 4 stretch rates" in printed
+    assert list(tomllib.loads(printed)["material"])[2:] == ["unrelaxed_modulus", "relaxed_modulus", "relaxation_time"]
+    (table / "film.toml").write_text("old")
+    assert main(["fit", "data.csv", "--material", "film.toml"]) == 0
+    summary = capsys.readouterr().out
+    assert summary.startswith("64 points at 4 stretch rates")
+    assert "[material]" not in summary
+    assert tomllib.loads((table / "film.toml").read_text()) == tomllib.loads(printed)
+
+
+def test_what_is_not_determined_is_not_offered(table, capsys):
+    lines = (table / "data.csv").read_text().splitlines()
+    one_rate = [line for line in lines if line.startswith(("#", "stretch_rate", "0.01,"))]
+    assert len(one_rate) == 18
+    (table / "one.csv").write_text("\n".join(one_rate))
+    assert main(["fit", "one.csv", "--material", "film.toml"]) == 0
+    assert "relaxation_time" in capsys.readouterr().out
+    assert "# relaxation_time = ...  # s; not determined by the curves\n" in (table / "film.toml").read_text()
+    with pytest.raises(ValueError, match=r"film.toml: \[material\] must have the key '.*'; it is missing"):
+        dm.read_material("film.toml")
+
+
+def test_the_data_are_not_replaced(table, capsys):
+    before = (table / "data.csv").read_text()
+    assert main(["fit", "data.csv", "--material", "data.csv"]) == 2
+    assert "cannot write data.csv: it is the data itself" in capsys.readouterr().err
+    assert (table / "data.csv").read_text() == before
 
 
 @pytest.mark.parametrize(
