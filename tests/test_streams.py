@@ -188,9 +188,7 @@ def test_a_warning_is_a_line_of_its_own_above_the_bar(capsys):
 def test_one_cell(folder, capsys):
     (folder / "one.toml").write_text('[program]\nname = "step"\n[grid]\nfield = 0.5\nmodulus_ratio = 4')
     assert main(["sweep", "one.toml", "-o", "one.nc"]) == 0
-    assert capsys.readouterr().out == (
-        "one.nc: 1 cell: 1 survives, 0 fails later, 0 fails at once, 0 unresolved\n"
-    )
+    assert capsys.readouterr().out == ("one.nc: 1 cell: 1 survives, 0 fails later, 0 fails at once, 0 unresolved\n")
 
 
 @pytest.mark.parametrize("name", ["map.xyz", "map", "map.nc.gz"])
@@ -241,5 +239,3 @@ def test_a_full_disk_is_named(folder, capsys, monkeypatch):
         f"dea-maps: error: cannot write {folder / 'chart.png'}: No space left on device\n"
     )
     assert not (folder / "chart.png").exists()
-
-
