@@ -1,19 +1,20 @@
 """The command line of ``dea-maps``: its arguments, its help, and how it ends."""
 
 import argparse
-import os
 import shlex
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from . import streams
 from . import verbs as run
 from .chart_choices import CHARTS, SIZES
 from .printable import printable
 from .verbs import InputError
 
 _ERROR = "dea-maps: error:"
-_COULD_NOT_FINISH, _BAD_INPUT, _INTERRUPTED = 1, 2, 130
+_WARNING = "dea-maps: warning:"
+_COULD_NOT_FINISH, _BAD_INPUT, _INTERRUPTED, _TERMINATED = 1, 2, 130, 143
 
 _HELP = """\
 Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a film under voltage collapses.
@@ -50,7 +51,7 @@ for design, [material], or several [[material]], and
   holding_time = [1, 60, 3600]       # s, constant voltage; the thickness may be a list too
                          # with breakdown_strength in [material] (V/m) the true field is limited as well
 
-exit status: 0 done, 1 could not finish, 2 bad input, 130 interrupted
+exit status: 0 done, 1 could not finish, 2 bad input, 130 interrupted, 143 terminated
 """
 
 
@@ -69,7 +70,7 @@ class _Version(argparse.Action):
         """Print the version, and leave."""
         from . import __version__
 
-        print(f"dea-maps {__version__}")
+        streams.say(f"dea-maps {__version__}")
         parser.exit()
 
 
@@ -84,7 +85,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 done, 1 could not finish, 2 bad input, 130 interrupted.
+        Exit status: 0 done, 1 could not finish, 2 bad input, 130 interrupted, 143 terminated.
 
     Examples
     --------
@@ -94,22 +95,33 @@ def main(argv: Sequence[str] | None = None) -> int:
     dea-maps: error: there is no file nowhere.nc
     2
     """
+    streams.prepare()
     try:
-        arguments = _parser().parse_args(argv)
-        with run.warnings_in_lines():
-            arguments.run(arguments)
-        sys.stdout.flush()
+        with streams.terminable() as terminated, streams.warnings_as_lines(_WARNING):
+            status = _status(sys.argv[1:] if argv is None else argv, terminated)
+        streams.settle()
+    except streams.OutputError as error:
+        if isinstance(error.__cause__, BrokenPipeError):  # whoever read it has gone: nothing more to tell them
+            return _COULD_NOT_FINISH
+        return _fail(_COULD_NOT_FINISH, f"cannot write to standard output: {error.__cause__}")
+    return status
+
+
+def _status(words: Sequence[str], terminated: list[int]) -> int:
+    """Do what is asked, and return the exit status."""
+    try:
+        arguments = _parser().parse_args(words)
+        arguments.run(arguments)
     except SystemExit as stop:  # argparse has said all there is to say
         return stop.code if isinstance(stop.code, int) else 0
     except InputError as error:
         return _fail(_BAD_INPUT, str(error))
     except KeyboardInterrupt as interrupt:
-        words = sys.argv[1:] if argv is None else argv
+        ended, status = ("terminated", _TERMINATED) if terminated else ("interrupted", _INTERRUPTED)
         again = f"; {interrupt}; to go on: {shlex.join(['dea-maps', *words])}" if interrupt.args else ""
-        return _fail(_INTERRUPTED, f"interrupted{again}")
-    except BrokenPipeError:  # whoever read standard output has gone: nothing more to tell them
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return _COULD_NOT_FINISH
+        return _fail(status, f"{ended}{again}")
+    except streams.OutputError:
+        raise
     except (OSError, MemoryError) as error:
         return _fail(_COULD_NOT_FINISH, str(error))
     except Exception as error:  # a fault of this package; whoever mends it asks Python for the traceback
@@ -118,7 +130,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _fail(status: int, message: str) -> int:
-    print(_ERROR, printable(" ".join(message.split())), file=sys.stderr)
+    streams.complain(f"{_ERROR} {message}")
     return status
 
 
@@ -171,6 +183,7 @@ def _parser() -> argparse.ArgumentParser:
     fit = choices.add_parser("fit", help="fit both moduli and the relaxation time to curves of uniaxial tension")
     fit.add_argument("data", metavar="DATA.csv", help="columns stretch_rate (1/s), stretch and nominal_stress (Pa)")
     fit.add_argument("-o", "--output", metavar="FIT.png", help="chart of data and fit: .png, .svg or .pdf")
+    fit.add_argument("--material", metavar="FILM.toml", help="file for the table [material] of a specification")
     fit.add_argument(
         "--noise", choices=("constant", "proportional"), default="constant", help="what the scatter of the stress is"
     )

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable
 from contextlib import nullcontext
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,7 +20,7 @@ from .plausibility import warn_film, warn_implausible
 from .programs import Program
 from .scales import scales
 from .si_units import check_film
-from .storage import PathLike, check_writable, write_dataset
+from .storage import PathLike, check_netcdf_name, check_writable, write_dataset
 from .streaming import Film, Plan, make_plan, stream
 from .strength import check_strength
 from .sweeping import planned, progress_bar
@@ -177,6 +178,9 @@ def planned_file(
     if film is not None and limited:
         rtol_of(choice)
         check_strength(film[0].strength, _LOOKED_AT)
+    if engine == "dask" and find_spec("distributed") is None:
+        raise ValueError("engine 'dask' needs Dask, which comes with: pip install 'dea-maps[distributed]'")
+    check_netcdf_name(path)
     check_writable(path)
     if film is not None and grid.cells:
         _warn(grid, *film)

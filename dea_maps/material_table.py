@@ -1,7 +1,7 @@
 """Materials in TOML: the table ``[material]`` of a specification, or of a file of its own."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -103,7 +103,7 @@ def material_of(table: Any, others: tuple[str, ...] = ()) -> Material:
         raise ValueError("material must be a table, [material]")
     if "preset" in table:
         check_keys("[material]", table, ("preset", *others), (*_NUMBERS, *_OPTIONAL))
-        if table["preset"] not in PRESETS:
+        if not isinstance(table["preset"], str) or table["preset"] not in PRESETS:
             raise ValueError(
                 f"material.preset must be one of {', '.join(PRESETS)}; got {unknown(table['preset'], PRESETS)}"
             )
@@ -116,13 +116,15 @@ def material_of(table: Any, others: tuple[str, ...] = ()) -> Material:
         raise ValueError(f"material.{error}") from None
 
 
-def table_of(material: Material) -> str:
+def table_of(material: Material, undetermined: Collection[str] = ()) -> str:
     r"""Return a material as the lines of a table ``[material]``, from which `read_material` gets it back.
 
     Parameters
     ----------
     material : Material
         Its breakdown strength, if known, must be a number or a `PowerLaw`.
+    undetermined : collection of str
+        What the measurement of the material did not tell: a comment, so that a number must be found before it is read.
 
     Raises
     ------
@@ -141,7 +143,11 @@ def table_of(material: Material) -> str:
     """
     lines = [f"{key} = {_quoted(getattr(material, key))}" for key in ("name", "source") if getattr(material, key)]
     units = ("Pa", "Pa", "s")
-    lines += [f"{key} = {getattr(material, key)!r}  # {unit}" for key, unit in zip(_NUMBERS, units, strict=True)]
+    for key, unit in zip(_NUMBERS, units, strict=True):
+        if key in undetermined:
+            lines.append(f"# {key} = ...  # {unit}; not determined by the curves")
+        else:
+            lines.append(f"{key} = {getattr(material, key)!r}  # {unit}")
     if material.relative_permittivity is None:
         lines.append("# relative_permittivity = ...  # not known from tension")
     else:

@@ -5,14 +5,13 @@ import secrets
 import warnings
 import zipfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .storage import sync
+from .storage import naming, sync
 
 Arrays = Mapping[str, NDArray[np.generic]]
 
@@ -50,15 +49,16 @@ class Parts:
         """
         temporary = self.folder / f"unfinished.{secrets.token_hex(4)}"
         try:
-            with temporary.open("wb") as stream:
-                content: dict[str, Any] = {**arrays, "identity": np.array(self.identity), "number": np.array(number)}
-                np.savez(stream, **content)
-                stream.flush()
-                os.fsync(stream.fileno())
-            os.replace(temporary, self._path(number))
+            with naming(self._path(number)):
+                with temporary.open("wb") as stream:
+                    content = {**arrays, "identity": np.array(self.identity), "number": np.array(number)}
+                    np.savez(stream, **content)
+                    stream.flush()
+                    os.fsync(stream.fileno())
+                os.replace(temporary, self._path(number))
+                sync(self.folder)
         finally:
             temporary.unlink(missing_ok=True)
-        sync(self.folder)
 
     def load(self, number: int, expected: Mapping[str, tuple[np.dtype[np.generic], int]]) -> Arrays | None:
         """Read a part that an earlier run finished.
@@ -99,6 +99,15 @@ class Parts:
         wanted = {**expected, "identity": shapes["identity"], "number": (np.dtype(np.int64), 1)}
         return None if shapes == wanted and int(arrays["number"]) == number else "damaged"
 
+    def finished(self) -> list[int]:
+        """Return the numbers of the parts of this sweep that are there; whether they are sound shows on loading."""
+        numbers = []
+        for path in sorted(self.folder.glob("*.npz")):
+            with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile), np.load(path) as archive:
+                if str(archive["identity"]) == self.identity:
+                    numbers.append(int(archive["number"]))
+        return numbers
+
     def count(self) -> int:
         """Return the number of parts that are there."""
         return len(list(self.folder.glob("*.npz")))
@@ -108,6 +117,11 @@ class Parts:
         for path in self.folder.iterdir():
             if path.name != _LOCK:
                 path.unlink()
+
+
+def folder_of(path: Path) -> Path:
+    """Return the folder of the parts of a file."""
+    return path.with_name(f"{path.name}.parts")
 
 
 @contextmanager
@@ -130,7 +144,7 @@ def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
     OSError
         If another process, or another thread, is writing the same file, or the folder cannot be made.
     """
-    folder = path.with_name(f"{path.name}.parts")
+    folder = folder_of(path)
     lock = _lock(folder, path)
     parts = Parts(folder, identity)
     try:

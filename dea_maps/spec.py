@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .catalogue import choose
 from .cuts import evenly
 from .material import Material
 from .material_table import material_of
@@ -47,8 +48,6 @@ class Specification:
 def read_specification(path: PathLike) -> Specification:
     r"""Read a specification and check its tables, keys and types.
 
-    What values the parameters may have is for `dea_maps.grid.make_grid` to say.
-
     Parameters
     ----------
     path : str or path-like
@@ -69,7 +68,7 @@ def read_specification(path: PathLike) -> Specification:
         If it is not TOML, if a table, key or name is unknown or missing, or if a value is not allowed; with
         the name of the file.
     MemoryError
-        If a range has more values than memory holds.
+        If a range asks for more values than it may have.
 
     Examples
     --------
@@ -84,8 +83,8 @@ def read_specification(path: PathLike) -> Specification:
     document = read_toml(path)
     try:
         return _specification(document)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
+    except (MemoryError, TypeError, ValueError) as error:
+        raise type(error)(f"{path}: {error}") from None
 
 
 def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
@@ -119,14 +118,13 @@ def _specification(document: Mapping[str, Any]) -> Specification:
         elif not isinstance(value, str):
             raise ValueError(f"accuracy.{key} must be a string; got {brief(value)}")
     program = _program(document["program"]["name"])
-    if "material" not in document:
-        return Specification(program, _parameters(document["grid"]), dict(accuracy))
-    film = _film(document["material"])
-    return Specification(program, _parameters(document["grid"], *film), dict(accuracy), *film)
+    choose(program, **{"method": "auto", "formulation": "auto", "rtol": 1e-6, "step": None, **accuracy})
+    film = _film(document["material"]) if "material" in document else ()
+    return Specification(program, _parameters(program, document["grid"], *film), dict(accuracy), *film)
 
 
 def _program(name: object) -> Program:
-    if name not in PROGRAMS or not isinstance(name, str):
+    if not isinstance(name, str) or name not in PROGRAMS:
         raise ValueError(f"program.name must be one of {', '.join(PROGRAMS)}; got {unknown(name, PROGRAMS)}")
     return PROGRAMS[name]()
 
@@ -141,27 +139,39 @@ def _film(table: Any) -> tuple[Material, float]:
     return material, float(table["thickness"])
 
 
-def _parameters(table: Mapping[str, Any], material: Material | None = None, thickness: float = 0.0) -> dict[str, Any]:
+def _parameters(
+    program: Program, table: Mapping[str, Any], material: Material | None = None, thickness: float = 0.0
+) -> dict[str, Any]:
     """Return the parameters of ``[grid]``; with a material, also those in volts, and its modulus ratio."""
-    if material is None:
-        check_keys("[grid]", table, (), PARAMETERS)
-        return {name: _values(name, name, given, 1.0) for name, given in table.items()}
-    of_one = {"voltage": material.critical_field * thickness}
-    of_one["voltage_rate"] = of_one["voltage"] / material.relaxation_time
-    check_keys("[grid]", table, (), (*PARAMETERS, *IN_VOLTS))
-    found = {}
-    for key, given in table.items():
-        name = IN_VOLTS.get(key, key)
-        if name in found:
+    ones = dict.fromkeys(PARAMETERS, 1.0)
+    if material is not None:
+        ones["voltage"] = material.critical_field * thickness
+        ones["voltage_rate"] = ones["voltage"] / material.relaxation_time
+    check_keys("[grid]", table, (), ones)
+    taken = (*program.parameters, "modulus_ratio")
+    names = {key: IN_VOLTS.get(key, key) for key in table}
+    for key, name in names.items():
+        if name not in taken:
+            raise ValueError(f"grid.{key} is not taken by the program {program.name!r}, but {', '.join(taken)}")
+        if name in table and name != key:
             raise ValueError(f"[grid] must have {name} or {key}; got both")
-        found[name] = _values(key, name, given, of_one.get(key, 1.0))
-    return {**found, "modulus_ratio": found.get("modulus_ratio", material.modulus_ratio)}
+    found = {name: _values(key, name, table[key], ones[key]) for key, name in names.items()}
+    if material is not None:
+        found.setdefault("modulus_ratio", material.modulus_ratio)
+    for name in taken:
+        if name not in found:
+            keys = [key for key in ones if IN_VOLTS.get(key, key) == name]
+            raise ValueError(f"[grid] must have the key {' or '.join(map(repr, keys))}; it is missing")
+    return found
 
 
-def _values(key: str, name: str, given: Any, unit: float) -> Any:
+def _values(key: str, name: str, given: Any, one: float) -> Any:
     """Return the values of a parameter over what is 1, once they are checked."""
     values = values_of(f"grid.{key}", given)
     check_values(key, np.asarray(values, dtype=np.float64), BOUNDS[name])
     if key == name:
         return values
-    return np.asarray(values, dtype=np.float64) / unit
+    with np.errstate(over="ignore", under="ignore"):
+        ratios = np.asarray(values, dtype=np.float64) / one
+    check_values(f"{key} as a {name}", ratios, BOUNDS[name])
+    return ratios

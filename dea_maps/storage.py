@@ -50,6 +50,81 @@ def check_writable(path: PathLike) -> None:
 
 
 @contextmanager
+def naming(path: PathLike) -> Iterator[None]:
+    """Name the file in what the system says on writing it, as where the disk is full."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None or error.strerror is None:  # names it already
+            raise
+        raise type(error)(f"cannot write {os.fspath(path)}: {error.strerror}") from error
+
+
+def check_netcdf_name(path: PathLike) -> None:
+    """Check that NetCDF, which wants Unicode, can be told the name of a file.
+
+    Raises
+    ------
+    ValueError
+        If it is not UTF-8.
+    """
+    try:
+        os.fsencode(path).decode()
+    except UnicodeDecodeError:
+        name = os.fsencode(path).decode(errors="backslashreplace")
+        raise ValueError(f"the name of a NetCDF file must be UTF-8; got {name}") from None
+
+
+def existing(path: PathLike) -> Path:
+    """Return a file that is to be read, once it is known to be there and no folder.
+
+    Raises
+    ------
+    OSError
+        If it is not.
+
+    Examples
+    --------
+    >>> existing("nowhere.toml")
+    Traceback (most recent call last):
+    ...
+    FileNotFoundError: there is no file nowhere.toml
+    """
+    file = Path(path)
+    if not file.exists():
+        raise FileNotFoundError(f"there is no file {file}")
+    if file.is_dir():
+        raise IsADirectoryError(f"{file} is not a file")
+    return file
+
+
+def read_text(path: PathLike, kind: str) -> str:
+    """Return the text of a file in UTF-8, without the byte-order mark that some editors put before it.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file.
+    kind : str
+        What it should be, for the message if it is not even text.
+
+    Raises
+    ------
+    OSError
+        If it is absent, a folder or cannot be read.
+    ValueError
+        If it is not in UTF-8.
+    """
+    file = existing(path)
+    try:
+        return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{file} is not {kind}: it is not text in UTF-8") from None
+    except OSError as error:
+        raise type(error)(f"cannot read {file}: {error.strerror}") from None
+
+
+@contextmanager
 def replacing(path: PathLike) -> Iterator[Path]:
     """Hand out a temporary file in the same folder that takes the place of `path` if all goes well.
 
@@ -83,11 +158,12 @@ def replacing(path: PathLike) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:
-        yield temporary
-        sync(temporary)
-        os.replace(temporary, target)
-        if os.name == "posix":  # a folder cannot be opened elsewhere
-            sync(target.parent)
+        with naming(target):
+            yield temporary
+            sync(temporary)
+            os.replace(temporary, target)
+            if os.name == "posix":  # a folder cannot be opened elsewhere
+                sync(target.parent)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -151,11 +227,10 @@ def open_map(path: PathLike, *others: str) -> xr.Dataset:
     ...
     FileNotFoundError: there is no file nowhere.nc
     """
-    file = Path(path)
-    if not file.exists():
-        raise FileNotFoundError(f"there is no file {file}")
+    file = existing(path)
     if not file.is_file():
-        raise IsADirectoryError(f"{file} is not a file")
+        raise OSError(f"{file} is not a file")
+    check_netcdf_name(file)
     with file.open("rb") as stream:  # says so if it cannot be read, where netCDF would blame the format
         stream.read(1)
     try:

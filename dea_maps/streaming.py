@@ -24,10 +24,10 @@ from .map_file import MapFile
 from .material import Material
 from .material_table import PowerLaw
 from .nomenclature import BREAKDOWN, FLAGGED, VARIABLES
-from .parts import Arrays, Parts, locked_parts
+from .parts import Arrays, Parts, folder_of, locked_parts
 from .si_units import in_si
 from .solve import KERNELS, Solution, default_threads, solve
-from .storage import sync
+from .storage import naming, sync
 from .strength import StrengthOf
 
 Film = tuple[Material, float]
@@ -163,8 +163,13 @@ def make_plan(
     return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
 
 
-def estimated_seconds(plan: Plan) -> float:
-    """Return how long the computing would take on this machine, from a short measurement on cells of the grid."""
+def finished_parts(plan: Plan) -> list[int]:
+    """Return the numbers of the parts that an interrupted run of the same sweep finished."""
+    return Parts(folder_of(Path(os.path.realpath(plan.path))), plan.identity()).finished()
+
+
+def estimated_seconds(plan: Plan) -> tuple[float, float]:
+    """Return how long this machine computes all cells, and how long it takes to start, from cells of the grid."""
     number = SAMPLE if plan.strength is None else SAMPLE_LIMITED
     some = np.random.default_rng(0).integers(plan.grid.cells, size=number)
     index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
@@ -178,7 +183,7 @@ def estimated_seconds(plan: Plan) -> float:
             solve_with_limits(plan.grid.program, sample, plan.choice, plan.strength)
         seconds.append(time.perf_counter() - start)
     threads = default_threads() if plan.strength is None else 1  # the breakdown is found on all of them already
-    return min(seconds) / number * plan.grid.cells / threads
+    return min(seconds) / number * plan.grid.cells / threads, seconds[0] - min(seconds)
 
 
 def stream(
@@ -210,9 +215,10 @@ def stream(
         computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
-            sync(temporary)
-            os.replace(temporary, target)
-            sync(target.parent)
+            with naming(target):
+                sync(temporary)
+                os.replace(temporary, target)
+                sync(target.parent)
         except KeyboardInterrupt:
             kept = parts.count()
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []

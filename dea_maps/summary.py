@@ -10,9 +10,8 @@ import xarray as xr
 from .answers import LIMITS
 from .cuts import cut
 from .nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
-from .printable import printable
 from .scales import scales_of
-from .streaming import Plan, estimated_seconds
+from .streaming import Plan, estimated_seconds, finished_parts
 
 _WIDTH = 26
 _BLOCK = 2**22  # cells read at once
@@ -54,7 +53,8 @@ def one_line(ds: xr.Dataset) -> str:
     >>> one_line(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     '3 cells: 1 survives, 2 fails later, 0 fails at once, 0 unresolved'
     """
-    line = f"{ds['outcome'].size:,} cells: {_in_words(outcome_counts(ds))}"
+    cells = ds["outcome"].size
+    line = f"{cells:,} {'cell' if cells == 1 else 'cells'}: {_in_words(outcome_counts(ds))}"
     return f"{line}; first limit: {_in_words(_counts(ds['first_limit'], LIMITS))}" if "first_limit" in ds else line
 
 
@@ -83,9 +83,7 @@ def describe(ds: xr.Dataset) -> str:
         *_film(ds),
         _row("dimensions", _lengths(first.sizes)),
         _row("cells", f"{first.size:,}"),
-        "",
-        "parameters, from least to greatest",
-        *(_row(name, _range(ds[name])) for name in [*PARAMETERS, *_in_si(ds, coordinates=True)] if name in ds.coords),
+        *_parameters(ds),
     ]
     if "outcome" in ds:
         lines += ["", "outcomes, in cells"]
@@ -97,7 +95,7 @@ def describe(ds: xr.Dataset) -> str:
     among = NOMENCLATURE if _is_general(ds) else maps
     names = [name for name in among if name in ds.data_vars and name not in FLAGGED]
     lines += [_row(name, _range(ds[name])) for name in [*names, *_in_si(ds, coordinates=False)]]
-    return "\n".join(map(printable, lines))
+    return "\n".join(lines)
 
 
 def _is_general(ds: xr.Dataset) -> bool:
@@ -115,6 +113,12 @@ def _how(ds: xr.Dataset, accuracy: list[str]) -> list[str]:
     rows = [_row(name.replace("_", " "), str(ds.attrs[name])) for name in loads]
     limit = ds["first_limit"].attrs["flag_meanings"].split()[int(ds["first_limit"])]
     return [*rows, _row("accuracy", ", ".join(accuracy)), _row("first limit", _words(limit))]
+
+
+def _parameters(ds: xr.Dataset) -> list[str]:
+    """Return the lines on the parameters of a map, and on what they are in volts and seconds."""
+    names = [name for name in (*PARAMETERS, *_in_si(ds, coordinates=True)) if name in ds.coords]
+    return ["", "parameters, from least to greatest", *(_row(name, _range(ds[name])) for name in names)]
 
 
 def _film(ds: xr.Dataset) -> list[str]:
@@ -144,13 +148,15 @@ def _in_si(ds: xr.Dataset, coordinates: bool) -> list[str]:
     return [str(name) for name, array in among.items() if array.attrs.get("units", "1") != "1"]
 
 
-def describe_plan(plan: Plan) -> str:
+def describe_plan(plan: Plan, fresh: bool = False) -> str:
     """Return what a sweep to a file would do, how large it would be and how long it would take, on several lines.
 
     Parameters
     ----------
     plan : Plan
         From `dea_maps.disk.planned_file`.
+    fresh : bool
+        Whether finished parts will not be used.
 
     Examples
     --------
@@ -163,19 +169,58 @@ def describe_plan(plan: Plan) -> str:
     hollow = plan.hollow()
     size = grid.cells * sum(array.dtype.itemsize for array in hollow.data_vars.values())
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
+    finished = [] if fresh else finished_parts(plan)
+    left = 1.0 - sum(map(plan.cells, finished)) / max(1, grid.cells)
+    computing, start = estimated_seconds(plan) if grid.cells else (0.0, 0.0)
+    done, rest = (f", of which {len(finished):,} are finished", ", for the rest") if finished else ("", "")
     return "\n".join(
-        printable(line)
-        for line in [
+        [
             _row("program", grid.program.name),
             _row("dimensions", _lengths(dict(zip(grid.dims, grid.shape, strict=True)))),
             _row("cells", f"{grid.cells:,}"),
-            _row("bytes", f"{size:,} ({size / 2**20:,.1f} MiB; fewer in the file, which is compressed)"),
-            _row("parts", f"{plan.parts.count:,}"),
+            _row("size", f"{_bytes_in_words(size)}; less in the file, which is compressed"),
+            _row("parts", f"{plan.parts.count:,}{done}"),
             *_film(hollow),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
-            _row("estimated time", f"{estimated_seconds(plan):.2g} s on this machine"),
+            _row("estimated time", f"{_time_in_words(left * computing)} on this machine{rest}"),
+            _row("start", _start_in_words(start)),
+            *_parameters(hollow),
         ]
     )
+
+
+def _start_in_words(seconds: float) -> str:
+    """Say how long it takes until the first cell is computed."""
+    return f"{_time_in_words(seconds)}, for loading the compiled kernels, or compiling them once"
+
+
+def _time_in_words(seconds: float) -> str:
+    """Return an estimated time in whole units, of which there are two or more.
+
+    Examples
+    --------
+    >>> [_time_in_words(seconds) for seconds in (0.3, 110.0, 530.0, 40000.0)]
+    ['less than 1 s', '110 s', '9 min', '11 h']
+    """
+    if seconds < 1.0:
+        return "less than 1 s"
+    lengths = {"d": 86400.0, "h": 3600.0, "min": 60.0, "s": 1.0}
+    unit = next((unit for unit, length in lengths.items() if seconds >= 2.0 * length), "s")
+    return f"{seconds / lengths[unit]:.0f} {unit}"
+
+
+def _bytes_in_words(size: int) -> str:
+    """Return a size in the unit in which its number is short.
+
+    Examples
+    --------
+    >>> [_bytes_in_words(size) for size in (492, 1_500_000, 41_000_000_000)]
+    ['492 B', '1.4 MiB', '38 GiB']
+    """
+    units = ("B", "KiB", "MiB", "GiB", "TiB")
+    power = next((power for power in range(len(units)) if size < 1000 * 1024**power), len(units) - 1)
+    number = size / 1024**power
+    return f"{number:.1f} {units[power]}" if power and number < 10.0 else f"{number:,.0f} {units[power]}"
 
 
 def _lengths(sizes: Mapping[Hashable, int]) -> str:

@@ -4,16 +4,16 @@ import difflib
 import sys
 import tomllib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .parameters import brief
-from .storage import PathLike
+from .storage import PathLike, read_text
 
 _SPACINGS = ("linear", "log")
+_MOST_VALUES = 10**8  # of a range: 0.8 GB
 
 
 def read_toml(path: PathLike) -> dict[str, Any]:
@@ -24,25 +24,25 @@ def read_toml(path: PathLike) -> dict[str, Any]:
     OSError
         If it cannot be read.
     ValueError
-        If it is not TOML; with the name of the file.
+        If it is not TOML, or nested more deeply than Python reads; with the name of the file.
 
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "a.toml")
     ...     _ = file.write_text("[table]\nkey = 1")
     ...     read_toml(file)
     {'table': {'key': 1}}
     """
-    file = Path(path)
+    text = read_text(path, "TOML")
     try:
-        with file.open("rb") as stream:
-            return tomllib.load(stream)
-    except OSError as error:
-        raise type(error)(f"cannot read {file}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"{file} is not TOML: {error}") from None
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError(f"{path} is not TOML that can be read: its values are nested too deeply") from None
+    except ValueError as error:  # also Python's, of a whole number with thousands of digits
+        raise ValueError(f"{path} is not TOML: {error}") from None
 
 
 def check_keys(
@@ -102,7 +102,7 @@ def values_of(key: str, given: Any) -> Any:
     ValueError
         If it is none of these, or not made of finite numbers.
     MemoryError
-        If a range has more values than memory holds.
+        If a range asks for more values than it may have; before any is made.
 
     Examples
     --------
@@ -135,7 +135,10 @@ def _range(key: str, given: dict[str, Any]) -> npt.NDArray[np.float64]:
         raise ValueError(f"{key}.num must be at least 2 for start and stop to differ; got 1")
     if spacing == "log" and min(start, stop) <= 0:
         raise ValueError(f"{key} must have start and stop above 0 for spacing 'log'; got {start} and {stop}")
-    try:
-        return np.geomspace(start, stop, num) if spacing == "log" else np.linspace(start, stop, num)
-    except (MemoryError, OverflowError, ValueError):
-        raise MemoryError(f"{key}.num asks for {num} values: more than there is memory for") from None
+    if num > _MOST_VALUES:
+        raise MemoryError(f"{key}.num asks for {num} values: more than the {_MOST_VALUES:,} that a range may have")
+    with np.errstate(all="ignore"):
+        values = np.geomspace(start, stop, num) if spacing == "log" else np.linspace(start, stop, num)
+    if not np.isfinite(values).all():
+        raise ValueError(f"{key} must have start and stop with finite values between; got {start} and {stop}")
+    return values

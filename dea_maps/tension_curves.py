@@ -2,14 +2,13 @@
 
 import csv
 import math
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from .parameters import brief
-from .storage import PathLike
+from .storage import PathLike, read_text
 
 COLUMNS = {"stretch_rate": "1/s", "stretch": "1", "nominal_stress": "Pa"}
 """What curves hold, and in which units."""
@@ -21,6 +20,8 @@ _LONG_NAMES = {
     "nominal_stress": "nominal stress: force over undeformed area",
 }
 _FEWEST = 4
+_RANGES = {"stretch_rate": (1e-12, 1e12), "stretch": (1.0, 1e3), "nominal_stress": (-1e15, 1e15)}
+"""Beyond what any film does, and within what the fit can be computed for."""
 
 
 def as_curves(curves: xr.Dataset) -> xr.Dataset:
@@ -95,6 +96,7 @@ def read_curves(path: PathLike) -> xr.Dataset:
     Examples
     --------
     >>> import tempfile
+    >>> from pathlib import Path
     >>> lines = ["stretch_rate,stretch,nominal_stress", *(f"0.01,{1 + i / 10},{3e4 * i}" for i in range(5))]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "data.csv")
@@ -102,38 +104,41 @@ def read_curves(path: PathLike) -> xr.Dataset:
     ...     read_curves(file).sizes["point"]
     5
     """
-    file = Path(path)
-    if not file.exists():
-        raise FileNotFoundError(f"there is no file {file}")
+    text = read_text(path, "a table")
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ValueError(f"{file} is not a text file in UTF-8") from None
-    lines = [
-        (number, line)
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and not line.startswith("#")
-    ]
-    rows = list(csv.reader(line for _, line in lines))
-    heads = [cell.strip() for cell in rows[0]] if rows else []
+        return _checked(_columns(text))
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _columns(text: str) -> dict[str, npt.NDArray[np.float64]]:
+    """Return the columns of a table in CSV."""
+    reader = csv.reader("\n" if line.startswith("#") else f"{line}\n" for line in text.split("\n"))
+    rows = []
+    try:
+        for row in reader:
+            if any(cell.strip() for cell in row):
+                rows.append((reader.line_num, [cell.strip() for cell in row]))
+    except csv.Error as error:
+        raise ValueError(f"line {reader.line_num} cannot be read: {error}") from None
+    heads = rows[0][1] if rows else []
     for name in COLUMNS:
         if heads.count(name) != 1:
             raise ValueError(
-                f"{file}: its first line must name the columns {', '.join(COLUMNS)}, each once; got {brief(heads)}"
+                f"its first line must name the columns {', '.join(COLUMNS)}, each once; got {brief(heads)}"
             )
-    places = {name: heads.index(name) for name in COLUMNS}
     columns: dict[str, list[float]] = {name: [] for name in COLUMNS}
-    for (number, _), row in zip(lines[1:], rows[1:], strict=True):
-        for name, place in places.items():
-            cell = row[place].strip() if place < len(row) else ""
+    for number, row in rows[1:]:
+        for name, values in columns.items():
+            place = heads.index(name)
+            cell = row[place] if place < len(row) else ""
             try:
-                columns[name].append(float(cell))
+                if not cell.isascii() or "_" in cell:  # of which Python would make numbers
+                    raise ValueError
+                values.append(float(cell))
             except ValueError:
-                raise ValueError(f"{file}: line {number} must have a number for {name}; got {cell!r}") from None
-    try:
-        return _checked({name: np.array(values) for name, values in columns.items()})
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}") from None
+                raise ValueError(f"line {number} must have a number for {name}; got {brief(cell)}") from None
+    return {name: np.array(values) for name, values in columns.items()}
 
 
 def _checked(columns: dict[str, npt.NDArray[np.float64]]) -> xr.Dataset:
@@ -146,6 +151,10 @@ def _checked(columns: dict[str, npt.NDArray[np.float64]]) -> xr.Dataset:
         wrong = ~(np.isfinite(columns[name]) & (columns[name] > above))
         if wrong.any():
             raise ValueError(f"{name} must be {words}; got {columns[name][wrong][0]}")
+        low, high = _RANGES[name]
+        beyond = (columns[name] < low) | (columns[name] > high)
+        if beyond.any():
+            raise ValueError(f"{name} must be from {low:g} to {high:g}; got {columns[name][beyond][0]}")
     count = int(np.count_nonzero(columns["stretch"] > 1.0))
     if count < _FEWEST:
         raise ValueError(f"curves must have at least {_FEWEST} points with a stretch above 1; got {count}")

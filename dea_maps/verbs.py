@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from .printable import printable
+from .streams import say
+
+MAP_SUFFIX = ".nc"
 
 
 class InputError(Exception):
@@ -29,23 +31,6 @@ def _checking_input() -> Iterator[None]:
         warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
 
 
-@contextmanager
-def warnings_in_lines() -> Iterator[None]:
-    """Show every warning once, on one line of standard error."""
-    said: set[str] = set()
-
-    def show(message: Warning | str, *_: object, **__: object) -> None:
-        line = printable(" ".join(str(message).split()))
-        if line not in said:
-            said.add(line)
-            print("dea-maps: warning:", line, file=sys.stderr)
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = show
-        yield
-
-
 def sweep(arguments: argparse.Namespace) -> None:
     """Solve a specification into a file."""
     from .disk import planned_file, sweep_to_netcdf
@@ -62,19 +47,26 @@ def sweep(arguments: argparse.Namespace) -> None:
         parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
         film = {"material": spec.material, "thickness": spec.thickness}
         asked = {**parameters, **spec.accuracy, **storing, **film}
+        _check_other(arguments.output, arguments.specification, "the specification")
+        if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
+            raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
         plan = planned_file(arguments.output, spec.program, **asked)
-        if os.path.exists(arguments.output) and os.path.samefile(arguments.output, arguments.specification):
-            raise ValueError(f"cannot write {arguments.output}: it is the specification itself")
     if arguments.dry_run:
-        print(describe_plan(plan))
+        say(describe_plan(plan, arguments.fresh))
         return
     if plan.film is not None and not arguments.quiet:
-        print(scales_of(plan.hollow()), flush=True)
+        say(scales_of(plan.hollow()))
     progress = sys.stderr.isatty() and not arguments.quiet
     sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
-            print(f"{printable(arguments.output)}: {one_line(ds)}")
+            say(f"{arguments.output}: {one_line(ds)}")
+
+
+def _check_other(output: str, read: str, what: str) -> None:
+    """Check that a file that is to be written is not the one that is read."""
+    if os.path.exists(output) and os.path.samefile(output, read):
+        raise ValueError(f"cannot write {output}: it is {what} itself")
 
 
 def plot(arguments: argparse.Namespace) -> None:
@@ -110,7 +102,7 @@ def design(arguments: argparse.Namespace) -> None:
         if arguments.output is not None:
             check_chart_path(arguments.output)
         answers = read_design(arguments.specification)
-    print(describe_design(answers))
+    say(describe_design(answers))
     if arguments.output is not None:
         with _checking_input():
             figure = draw(answers, "design_chart", arguments.size)
@@ -125,24 +117,33 @@ def info(arguments: argparse.Namespace) -> None:
     with _checking_input():
         ds = open_any(arguments.map)
     with ds:
-        print(describe(ds))
+        say(describe(ds))
 
 
 def fit(arguments: argparse.Namespace) -> None:
-    """Fit a material, print it, also as a table of a specification, and draw the fit."""
+    """Fit a material, say how well it is known, give the table of a specification, and draw the fit."""
     from .charts import check_chart_path, save
     from .fit_chart import draw_fit
     from .fitting import fit_uniaxial
     from .material_table import table_of
+    from .storage import check_writable, replacing
     from .tension_curves import read_curves
 
     with _checking_input():
         curves = read_curves(arguments.data)
         if arguments.output is not None:
             check_chart_path(arguments.output)
+        if arguments.material is not None:
+            _check_other(arguments.material, arguments.data, "the data")
+            check_writable(arguments.material)
     file = Path(os.fsencode(arguments.data).decode(errors="replace"))
     fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
-    lines = f"{fit.summary()}\n\n{table_of(fit.material)}".split("\n")
-    print("\n".join(map(printable, lines)))
+    table = table_of(fit.material, [name for name, known in fit.determined.items() if not known])
+    if arguments.material is None:  # a specification, as a whole
+        say("\n".join([*(f"# {line}" for line in fit.summary().splitlines()), "", table]))
+    else:
+        with replacing(arguments.material) as temporary:
+            temporary.write_text(f"{table}\n", encoding="utf-8")
+        say(fit.summary())
     if arguments.output is not None:
         save(draw_fit(fit), arguments.output)

@@ -154,7 +154,7 @@ def test_explore_makes_a_page(made, capsys):
         (["sweeep"], "invalid choice: 'sweeep'"),
         (["sweep", "spec.toml"], "required: -o/--output"),
         (["sweep", "spec.toml", "-o", "map.nc", "--wet-run"], "unrecognized arguments: --wet-run"),
-        (["sweep", "absent.toml", "-o", "map.nc"], "cannot read absent.toml: No such file"),
+        (["sweep", "absent.toml", "-o", "map.nc"], "there is no file absent.toml"),
         (["sweep", "wrong.toml", "-o", "map.nc"], "wrong.toml: [grid] may have the keys"),
         (["sweep", "bounds.toml", "-o", "map.nc"], "modulus_ratio must be finite and at least 1; got 0.5"),
         (["sweep", "method.toml", "-o", "map.nc"], "method"),

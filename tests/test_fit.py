@@ -1,5 +1,7 @@
 """The fit to uniaxial tension: finds what the curves were made of, and how well it knows it."""
 
+import tomllib
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +15,7 @@ RATES = np.array([1e-4, 1e-3, 1e-2, 1e-1])  # per s
 STRETCH = np.linspace(1.25, 5.0, 16)
 TRUE = {"unrelaxed_modulus": 87.8e3, "relaxed_modulus": 22.8e3, "relaxation_time": 200.0, "modulus_ratio": 87.8 / 22.8}
 REPETITIONS = 10
+HEAD = "stretch_rate,stretch,nominal_stress\n"
 
 
 def made(rates=RATES):
@@ -155,6 +158,38 @@ def test_what_is_printed_is_a_material_to_design_with(table, capsys):
     assert "data, 50 um" in capsys.readouterr().out
 
 
+def test_what_is_printed_can_be_read_as_a_whole(table, capsys):
+    assert main(["fit", "data.csv"]) == 0
+    printed = capsys.readouterr().out
+    assert "# 64 points at 4 stretch rates" in printed
+    assert list(tomllib.loads(printed)["material"])[2:] == ["unrelaxed_modulus", "relaxed_modulus", "relaxation_time"]
+    (table / "film.toml").write_text("old")
+    assert main(["fit", "data.csv", "--material", "film.toml"]) == 0
+    summary = capsys.readouterr().out
+    assert summary.startswith("64 points at 4 stretch rates")
+    assert "[material]" not in summary
+    assert tomllib.loads((table / "film.toml").read_text()) == tomllib.loads(printed)
+
+
+def test_what_is_not_determined_is_not_offered(table, capsys):
+    lines = (table / "data.csv").read_text().splitlines()
+    one_rate = [line for line in lines if line.startswith(("#", "stretch_rate", "0.01,"))]
+    assert len(one_rate) == 18
+    (table / "one.csv").write_text("\n".join(one_rate))
+    assert main(["fit", "one.csv", "--material", "film.toml"]) == 0
+    assert "relaxation_time" in capsys.readouterr().out
+    assert "# relaxation_time = ...  # s; not determined by the curves\n" in (table / "film.toml").read_text()
+    with pytest.raises(ValueError, match=r"film.toml: \[material\] must have the key '.*'; it is missing"):
+        dm.read_material("film.toml")
+
+
+def test_the_data_are_not_replaced(table, capsys):
+    before = (table / "data.csv").read_text()
+    assert main(["fit", "data.csv", "--material", "data.csv"]) == 2
+    assert "cannot write data.csv: it is the data itself" in capsys.readouterr().err
+    assert (table / "data.csv").read_text() == before
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -169,15 +204,24 @@ def test_what_is_printed_is_a_material_to_design_with(table, capsys):
             "stretch_rate,stretch,nominal_stress\n0.1,0.9,1e3\n",
             "other.csv: stretch must be finite and at least 1; got 0.9",
         ),
+        (HEAD + "0.1,1.2,1_5\n", "other.csv: line 2 must have a number for nominal_stress; got '1_5'"),
+        (HEAD + "0.1,1.2,१५\n", "other.csv: line 2 must have a number for nominal_stress; got '१५'"),
+        (HEAD + "0.1,1.2," + 10_000 * "x" + "\n", "line 2 must have a number for nominal_stress; got 'xxxx"),
+        (HEAD + "# more\n\n0.1,1.2," + 200_000 * "1" + "\n", "other.csv: line 4 cannot be read: field larger than"),
+        (HEAD + '0.1,1.2,"1\n5"\n', r"other.csv: line 3 must have a number for nominal_stress; got '1\n5'"),
+        (HEAD + "0.1,1e200,1e3\n", "other.csv: stretch must be from 1 to 1000; got 1e+200"),
+        (HEAD + "1e-300,1.2,1e3\n", "other.csv: stretch_rate must be from 1e-12 to 1e+12; got 1e-300"),
+        (HEAD + "0.1,1.2,1e300\n", "other.csv: nominal_stress must be from -1e+15 to 1e+15; got 1e+300"),
     ],
 )
 def test_bad_tables_end_with_2_and_one_line(table, capsys, text, words):
     if text is not None:
-        (table / "other.csv").write_text(text)
+        (table / "other.csv").write_text(text, encoding="utf-8")
     assert main(["fit", "other.csv"]) == 2
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+    assert len(captured.err) < 200
     assert words in captured.err
     assert main(["fit", "data.csv", "-o", "fit.gif"]) == 2
     assert "a chart must be a file ending in .png, .svg, .pdf; got fit.gif" in capsys.readouterr().err

@@ -55,7 +55,7 @@ def test_what_is_wrong_with_a_file_is_said(tmp_path):
     path.write_text("[materials]")
     with pytest.raises(ValueError, match="the file may have the tables material; got 'materials'"):
         dm.read_material(path)
-    with pytest.raises(FileNotFoundError, match="cannot read"):
+    with pytest.raises(FileNotFoundError, match="there is no file"):
         dm.read_material(tmp_path / "absent.toml")
 
 

@@ -1,5 +1,6 @@
 """Specifications: what a TOML file may say, and what is said about one that is wrong."""
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -136,6 +137,14 @@ def test_one_value_needs_no_range(read):
         ('[program]\nname = "ramp_hold"', "program = 3", r"program must be a table, \[program\]; got 3"),
         ('[program]\nname = "ramp_hold"', "", "the file must have the table 'program'; it is missing"),
         ("[grid]", "[grid", r"is not TOML: .*line 4"),
+        ('"ramp_hold"', '["ramp_hold"]', r"program.name must be one of step, ramp, ramp_hold; got \['ramp_hold'\]"),
+        ("modulus_ratio =", "# modulus_ratio =", r"\[grid\] must have the key 'modulus_ratio'; it is missing"),
+        ('"ramp_hold"', '"ramp"', "grid.field is not taken by the program 'ramp', but rate, modulus_ratio"),
+        ("[2.0, 3.85, 10]", 5000 * "[" + 5000 * "]", "is not TOML that can be read: its values are nested too deeply"),
+        ("[2.0, 3.85, 10]", "1" + 5000 * "0", "is not TOML: Exceeds the limit"),
+        ("start = 0.8, stop = 2.2", "start = -1.7e308, stop = 1.7e308", "grid.field must have start and stop with fin"),
+        ("rtol = 1e-8", "rtol = 1.0", "rtol must be from 1e-12 to 0.001; got 1.0"),
+        ("rtol = 1e-8", 'method = "euler"', "method must be one of .*; got 'euler'"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(read, old, new, message):
@@ -198,6 +207,10 @@ def test_a_film_in_ratios(read):
         ("voltage_rate", "field = 1\nvoltage_rate", r"\[grid\] must have field or .*; got both"),
         ("start = 1000", "start = -1000", "voltage must be finite and at least 0; got -1000.0"),
         ("[1.0, 100.0]", "0", "voltage_rate must be finite and above 0; got 0.0"),
+        ("[1.0, 100.0]", "5e-324", "voltage_rate as a rate must be finite and above 0; got 0.0"),
+        ("voltage_rate", "field = 1\nvoltage_rate", r"\[grid\] must have field or voltage; got both"),
+        ("voltage =", "# voltage =", r"\[grid\] must have the key 'field' or 'voltage'; it is missing"),
+        ('"VHB"', '["VHB"]', r"material.preset must be one of VHB; got \['VHB'\]"),
     ],
 )
 def test_what_is_wrong_with_a_film_is_said(read, old, new, message):
@@ -216,12 +229,34 @@ def test_a_range_beyond_memory_is_refused(read):
         read(GOOD.replace("num = 100", "num = 1_000_000_000_000_000_000"))
 
 
+def test_a_field_beside_a_voltage_is_refused_whichever_is_first(read):
+    with pytest.raises(ValueError, match=r"\[grid\] must have field or voltage; got both"):
+        read(IN_VOLTS.replace("[grid]", "[grid]\nfield = 1.0"))
+
+
+def test_a_long_range_is_refused_before_it_is_made(read):
+    tracemalloc.start()
+    try:
+        with pytest.raises(MemoryError, match=r"spec.toml: grid\.field\.num asks for 1000000000 values: more than the"):
+            read(GOOD.replace("num = 100", "num = 1_000_000_000"))
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_byte_order_mark_is_passed_over(tmp_path):
+    (tmp_path / "spec.toml").write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert read_specification(tmp_path / "spec.toml").accuracy == {"rtol": 1e-8}
+
+
 def test_unreadable_files_are_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"cannot read .*absent.toml: No such file"):
+    with pytest.raises(FileNotFoundError, match=r"there is no file .*absent.toml"):
         read_specification(tmp_path / "absent.toml")
     (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
     with pytest.raises(ValueError, match=r"binary.toml is not TOML"):
         read_specification(tmp_path / "binary.toml")
+    with pytest.raises(IsADirectoryError, match="is not a file"):
+        read_specification(tmp_path)
 
 
 def test_the_cube_of_the_studies_is_a_million_cells():

@@ -1,6 +1,7 @@
 """The studies: each runs small, says where it ran, and shows the figures that its page names."""
 
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -15,6 +16,9 @@ from dea_maps.designing import time_in_words
 from dea_maps.material_table import material_of
 
 STUDIES = Path(__file__).parents[1] / "studies"
+sys.path.append(str(STUDIES))
+from common.options import study_parser  # noqa: E402 -- found once the line above is read
+
 RUNS = sorted(STUDIES.glob("*/run.py"))
 PAGES = sorted(STUDIES.glob("*/README.md"))
 FIGURE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")
@@ -24,15 +28,46 @@ def folder_name(path):
     return path.parent.name
 
 
-@pytest.mark.parametrize("run", RUNS, ids=folder_name)
-def test_study_runs_small(run, tmp_path):
-    command = [sys.executable, str(run), "--quick", "--output", str(tmp_path)]
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """Return a copy of what the studies are run from."""
+    root = tmp_path_factory.mktemp("checkout")
+    shutil.copytree(STUDIES, root / "studies")
+    (root / "tests").symlink_to(STUDIES.parent / "tests")
+    return root
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+
+
+@pytest.mark.parametrize("study", [run.parent.name for run in RUNS])
+def test_study_runs_small_and_changes_nothing_that_is_tracked(study, copied, tmp_path):
+    before = contents(copied / "studies")
+    command = [sys.executable, str(copied / "studies" / study / "run.py"), "--quick"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     ending = "\n".join(done.stdout.splitlines()[-6:]).lower()
     assert "machine" in ending and "versions" in ending
-    kinds = {path.suffix for path in tmp_path.rglob("*.*")}
+    kinds = {path.suffix for path in (copied / "out" / study).rglob("*.*")}
     assert kinds >= {".png", ".nc"}
+    assert contents(copied / "studies") == before
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_study_writes_where_it_is_told(tmp_path):
+    parser = study_parser(str(RUNS[0]), None, quick="")
+    assert f"default: out/{RUNS[0].parent.name} in the checkout" in " ".join(parser.format_help().split())
+    options = parser.parse_args(["--output", str(tmp_path / "new" / "folder")])
+    assert options.output == tmp_path / "new" / "folder"
+    assert options.output.is_dir()
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SystemExit, match="2"):
+        study_parser(str(RUNS[0]), None, quick="").parse_args(["--output", str(tmp_path / "file" / "folder")])
+    assert "argument --output: cannot make the folder" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("page", PAGES, ids=folder_name)

@@ -2,11 +2,12 @@
 
     python studies/actuator/run.py [--tension CURVES.csv] [--quick] [--output FOLDER]
 
-reads design.toml and ramp_hold.toml, writes fit.png, design.png, map.png, ramps.png, held.png, windows.png,
-agreement.png, their data beside them as .nc, and tension.csv, and prints the tables of README.md.
+reads design.toml and ramp_hold.toml, writes, in out/actuator unless told where, fit.png, design.png, map.png,
+ramps.png, held.png, windows.png, agreement.png, their data beside them as .nc, and tension.csv, and prints the tables
+of README.md.
 """
 
-import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,18 +22,16 @@ import dea_maps as dm
 from dea_maps.machine import describe_machine
 from dea_maps.tension_curves import read_curves
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
 
 
 def main() -> None:
     """Fit, answer, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = study_parser(__file__, __doc__, quick="coarser charts, two accuracies")
     parser.add_argument("--tension", type=Path, metavar="CURVES.csv", help="design with a fit to these, not the preset")
-    parser.add_argument("--quick", action="store_true", help="coarser charts, two accuracies")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
     options = parser.parse_args()
     folder, quick = options.output, options.quick
-    folder.mkdir(parents=True, exist_ok=True)
 
     if options.tension is None:
         films.write_tension(folder / "tension.csv")

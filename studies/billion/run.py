@@ -2,10 +2,10 @@
 
     python studies/billion/run.py [--quick] [--output FOLDER] [--map FILE]
 
-runs ``dea-maps sweep`` on ramp_hold.toml beside this file, watches it, and writes billion.png and billion.nc.
+runs ``dea-maps sweep`` on ramp_hold.toml beside this file, watches it, and writes, in out/billion unless told where,
+billion.png and billion.nc.
 """
 
-import argparse
 import os
 import shutil
 import subprocess
@@ -23,6 +23,9 @@ from matplotlib import pyplot as plt
 
 from dea_maps.machine import describe_machine
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 HERE = Path(__file__).resolve().parent
 VARIABLES = ("outcome", "time_to_failure", "critical_stretch")
 CELL_BYTES = 1 + 4 + 4
@@ -33,12 +36,9 @@ EVERY = 0.5  # seconds between looks
 
 def main() -> int:
     """Check the room, run, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a thousand cells")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
+    parser = study_parser(__file__, __doc__, quick="a thousand cells")
     parser.add_argument("--map", type=Path, metavar="FILE", help="where to keep the map; default: it is removed")
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
     cells = QUICK_CELLS if options.quick else CELLS
     with tempfile.TemporaryDirectory(dir=options.output) as folder:
         target = (options.map or Path(folder, "map.nc")).resolve()

@@ -2,10 +2,11 @@
 
     python studies/model_reduction/run.py [--quick] [--output FOLDER]
 
-writes cost.png, unequal.png and model_reduction.nc and prints every table behind README.md.
+writes, in out/model_reduction unless told where, cost.png, unequal.png and model_reduction.nc and prints every table
+behind README.md.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import amounts
@@ -16,7 +17,9 @@ import xarray as xr
 
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]
 QUICK_SCENES = ["step at 1.2", "ramp at 1"]
 STATES = 100_000
@@ -26,11 +29,7 @@ SHOWN = 1e-7
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="two tolerances in two scenes only")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = study_parser(__file__, __doc__, quick="two tolerances in two scenes only").parse_args()
 
     scenes = QUICK_SCENES if options.quick else list(amounts.SCENES)
     data = amounts.measure(QUICK_RTOLS if options.quick else RTOLS, scenes)

@@ -2,10 +2,11 @@
 
     python studies/stability/run.py [--quick] [--output FOLDER]
 
-writes fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints how often each verdict fell.
+writes, in out/stability unless told where, fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints how
+often each verdict fell.
 """
 
-import argparse
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,17 +25,15 @@ from verdicts import NOT_SERVED, WORDS
 from dea_maps.kernels.tableaus import TABLEAUS
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]
 
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="coarse maps of a few methods")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = study_parser(__file__, __doc__, quick="coarse maps of a few methods").parse_args()
     quick = options.quick
 
     steps, tolerances = np.geomspace(1e-5, 10.0, 5 if quick else 30), np.geomspace(1e-12, 1e-3, 4 if quick else 28)

@@ -2,10 +2,11 @@
 
     python studies/throughput/run.py [--quick] [--huge] [--output FOLDER]
 
-writes throughput.nc, sizes.png, limits.png and starts.png, and prints the tables of README.md.
+writes, in out/throughput unless told where, throughput.nc, sizes.png, limits.png and starts.png, and prints the tables
+of README.md.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import charts
@@ -14,18 +15,17 @@ import xarray as xr
 
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
 
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="small grids, cold start of one program")
+    parser = study_parser(__file__, __doc__, quick="small grids, cold start of one program")
     parser.add_argument("--huge", action="store_true", help="up to 1e8 cells, which takes 4 GB of memory or more")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
     options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
     quick = options.quick
 
     rtols = QUICK_RTOLS if quick else measure.RTOLS

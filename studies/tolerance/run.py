@@ -2,10 +2,11 @@
 
     python studies/tolerance/run.py [--quick] [--output FOLDER]
 
-writes tolerance, cost and random as .nc, tolerance.png, regimes.png and cost.png, and prints the tables of README.md.
+writes, in out/tolerance unless told where, tolerance, cost and random as .nc, tolerance.png, regimes.png and cost.png,
+and prints the tables of README.md.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import charts
@@ -17,7 +18,9 @@ import xarray as xr
 
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 DECADES = range(3, 13)
 QUICK_DECADES = (3, 6, 9, 12)
 QUICK_STRIDE = 6
@@ -27,11 +30,7 @@ LISTED = 5
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few points, methods on their first formulation only")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = study_parser(__file__, __doc__, quick="few points, methods on their first formulation only").parse_args()
 
     rtols = [float(f"1e-{decade}") for decade in (QUICK_DECADES if options.quick else DECADES)]
     tables = {name: measure.load(name, QUICK_STRIDE if options.quick else 1) for name in measure.PROGRAMS}

@@ -2,11 +2,12 @@
 
     python studies/work_precision/run.py [--quick] [--output FOLDER]
 
-writes work_precision.nc, summary.png and one chart a scene, and prints the tables of README.md. Other solvers take part
-where they are installed: pip install -e '.[peers]'. SciPy and NumPy are always there.
+writes, in out/work_precision unless told where, work_precision.nc, summary.png and one chart a scene, and prints the
+tables of README.md. Other solvers take part where they are installed: pip install -e '.[peers]'. SciPy and NumPy are
+always there.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import charts
@@ -19,17 +20,15 @@ from truth import against_reference, doubt
 
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
+
 LIBRARIES = ("dea_maps", "numba", "numpy", "scipy", "heyoka", "CyRK", "diffrax", "jax")
 
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="two scenes, few cases, SciPy and NumPy alone")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = study_parser(__file__, __doc__, quick="two scenes, few cases, SciPy and NumPy alone").parse_args()
     measure.one_core()
 
     data = measure.measure(options.quick)

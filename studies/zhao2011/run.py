@@ -2,11 +2,11 @@
 
     python studies/zhao2011/run.py [--quick] [--output FOLDER]
 
-writes mechanics.png (Figs. 2 and 4), constant_field.png (Fig. 5(b)), ramps.png (Fig. 6(b)-(d)) and zhao2011.nc, and
-prints the table of claims of README.md.
+writes, in out/zhao2011 unless told where, mechanics.png (Figs. 2 and 4), constant_field.png (Fig. 5(b)), ramps.png
+(Fig. 6(b)-(d)) and zhao2011.nc, and prints the table of claims of README.md.
 """
 
-import argparse
+import sys
 from pathlib import Path
 
 import charts
@@ -16,16 +16,13 @@ import xarray as xr
 
 from dea_maps.machine import describe_machine
 
-HERE = Path(__file__).resolve().parent
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.options import study_parser
 
 
 def main() -> None:
     """Compute, draw, write, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="fewer points on every curve")
-    parser.add_argument("--output", type=Path, default=HERE, metavar="FOLDER", help="default: beside this file")
-    options = parser.parse_args()
-    options.output.mkdir(parents=True, exist_ok=True)
+    options = study_parser(__file__, __doc__, quick="fewer points on every curve").parse_args()
     nodes = 60 if options.quick else 400
 
     mechanics = xr.merge([scenes.relaxation(nodes), scenes.tension(nodes)], compat="override")
