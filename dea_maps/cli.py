@@ -4,11 +4,15 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import NoReturn
 
+from . import __version__
 from . import verbs as run
 from .chart_choices import CHARTS, SIZES
+from .notices import shown_notices
 from .verbs import InputError
 
 _ERROR = "dea-maps: error:"
@@ -60,17 +64,6 @@ class _Parser(argparse.ArgumentParser):
         self.exit(_BAD_INPUT, f"{_ERROR} {message} (see {self.prog} --help)\n")
 
 
-class _Version(argparse.Action):
-    """An action that looks for the version only when asked, so that ``--help`` does not wait for it."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print the version, and leave."""
-        from . import __version__
-
-        print(f"dea-maps {__version__}")
-        parser.exit()
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -94,7 +87,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     try:
         arguments = _parser().parse_args(argv)
-        arguments.run(arguments)
+        with _warnings_in_one_line(), shown_notices(not getattr(arguments, "quiet", False)):
+            arguments.run(arguments)
         sys.stdout.flush()
     except SystemExit as stop:  # argparse has said all there is to say
         return stop.code if isinstance(stop.code, int) else 0
@@ -114,6 +108,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextmanager
+def _warnings_in_one_line() -> Iterator[None]:
+    """Print warnings as errors are printed, each one."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
+        yield
+
+
 def _fail(status: int, message: str) -> int:
     print(_ERROR, " ".join(message.split()), file=sys.stderr)
     return status
@@ -126,7 +129,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    version = f"dea-maps {__version__}"
+    parser.add_argument("--version", action="version", version=version, help="print the version and stop")
     choices = parser.add_subparsers(metavar="VERB", required=True, title="verbs")
 
     sweep = choices.add_parser("sweep", help="solve every combination of parameters of a specification")

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from .engines import ENGINES
 from .material import Material
 from .nomenclature import VARIABLES
+from .notices import shown_notices
 from .parameters import ParameterLike, brief
 from .programs import Program
 from .si_units import check_film
@@ -113,7 +114,7 @@ def sweep_to_netcdf(
     if plan.grid.cells == 0:
         write_dataset(plan.hollow(), plan.path)
         return
-    with progress_bar(plan.grid) if progress else nullcontext() as bar:
+    with shown_notices(progress), progress_bar(plan.grid) if progress else nullcontext() as bar:
         stream(plan, engine=engine, scheduler=scheduler, fresh=fresh, on_cells=bar.update if bar else _nothing)
 
 

@@ -3,7 +3,6 @@
 import argparse
 import os
 import sys
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,10 +44,7 @@ def sweep(arguments: argparse.Namespace) -> None:
         print(describe_plan(plan))
         return
     progress = sys.stderr.isatty() and not arguments.quiet
-    with warnings.catch_warnings():
-        warnings.simplefilter("always", UserWarning)
-        warnings.showwarning = lambda message, *_, **__: print("dea-maps: warning:", message, file=sys.stderr)
-        sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
             print(f"{arguments.output}: {one_line(ds)}")
