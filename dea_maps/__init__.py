@@ -15,6 +15,9 @@ from typing import TYPE_CHECKING
 if (_beside := Path(__file__).parent.parent / "kernels" / "_jit.py").is_file():
     __path__.append(str(_beside.parent.parent))
 
+# The one place of the version: the metadata of an installed copy are made from it.
+__version__ = "0.1.0"
+
 __all__ = [
     "VHB",
     "ImplausibleWarning",
@@ -62,8 +65,6 @@ if TYPE_CHECKING:
     from .si_units import physical
     from .sweeping import sweep
     from .trajectories import trajectory
-
-    __version__: str
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
@@ -94,11 +95,7 @@ else:
 
     def __getattr__(name: str) -> object:
         """Return a public name, imported at its first use."""
-        if name == "__version__":
-            from importlib.metadata import version
-
-            value = version("dea-maps")
-        elif name == "charts":
+        if name == "charts":
             from importlib import import_module
 
             value = import_module(".charts", __name__)

@@ -6,9 +6,10 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from . import streams
+from . import __version__, streams
 from . import verbs as run
 from .chart_choices import CHARTS, SIZES
+from .notices import shown_notices
 from .printable import printable
 from .verbs import InputError
 
@@ -63,17 +64,6 @@ class _Parser(argparse.ArgumentParser):
         self.exit(_BAD_INPUT, f"{_ERROR} {printable(message)} (see {self.prog} --help)\n")
 
 
-class _Version(argparse.Action):
-    """An action that looks for the version only when asked, so that ``--help`` does not wait for it."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
-        """Print the version, and leave."""
-        from . import __version__
-
-        streams.say(f"dea-maps {__version__}")
-        parser.exit()
-
-
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -111,7 +101,8 @@ def _status(words: Sequence[str], terminated: list[int]) -> int:
     """Do what is asked, and return the exit status."""
     try:
         arguments = _parser().parse_args(words)
-        arguments.run(arguments)
+        with shown_notices(not getattr(arguments, "quiet", False)):
+            arguments.run(arguments)
     except SystemExit as stop:  # argparse has said all there is to say
         return stop.code if isinstance(stop.code, int) else 0
     except InputError as error:
@@ -141,7 +132,8 @@ def _parser() -> argparse.ArgumentParser:
         epilog=_EXAMPLE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and stop")
+    version = f"dea-maps {__version__}"
+    parser.add_argument("--version", action="version", version=version, help="print the version and stop")
     choices = parser.add_subparsers(metavar="VERB", required=True, title="verbs")
 
     sweep = choices.add_parser("sweep", help="solve every combination of parameters of a specification")

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from . import __version__
 from .catalogue import Choice
 from .grid import Grid
 from .nomenclature import BREAKDOWN, OUTCOMES, VARIABLES, cf_attributes, flags
@@ -85,7 +86,7 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
     Dataset
         `ds` itself.
     """
-    release = version("dea-maps")
+    release = __version__
     program = grid.program.name
     # No date: the same sweep gives the same file, byte for byte.
     calls = [f"{name}={_in_words(grid.coords[name].values)}" for name in grid.parameters]

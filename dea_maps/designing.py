@@ -1,13 +1,13 @@
 """Design answers: how many volts a film takes, for how long, and what it gains."""
 
 from collections.abc import Mapping
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from . import __version__
 from .answers import BREAKDOWN, INSTABILITY, LIMITS, UNKNOWN_LIMIT, broadcast
 from .first_limit import stretch_at
 from .inverse import allowable_field
@@ -127,9 +127,9 @@ def design(
     ds.attrs = {
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": "Allowable voltages of dielectric-elastomer actuators",
-        "source": f"dea_maps {version('dea-maps')}, root finding on the model of Zhao, Koh, Suo (2011)",
-        "dea_maps_version": version("dea-maps"),
-        "history": f"dea_maps {version('dea-maps')}: design of {', '.join(films)}",
+        "source": f"dea_maps {__version__}, root finding on the model of Zhao, Koh, Suo (2011)",
+        "dea_maps_version": __version__,
+        "history": f"dea_maps {__version__}: design of {', '.join(films)}",
         "rtol": rtol,
     }
     for name in ("holding_time", "thickness"):

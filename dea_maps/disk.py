@@ -15,6 +15,7 @@ from .first_limit import rtol_of
 from .grid import Grid
 from .material import Material
 from .nomenclature import BREAKDOWN, VARIABLES
+from .notices import shown_notices
 from .parameters import ParameterLike, brief
 from .plausibility import warn_film, warn_implausible
 from .programs import Program
@@ -128,7 +129,7 @@ def sweep_to_netcdf(
     if plan.grid.cells == 0:
         write_dataset(plan.hollow(), plan.path)
         return
-    with progress_bar(plan.grid) if progress else nullcontext() as bar:
+    with shown_notices(progress), progress_bar(plan.grid) if progress else nullcontext() as bar:
         stream(plan, engine=engine, scheduler=scheduler, fresh=fresh, on_cells=bar.update if bar else _nothing)
 
 

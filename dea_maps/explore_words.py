@@ -1,7 +1,6 @@
 """The words on a page to explore: how to read it, what was left out, from what it was made."""
 
-from importlib.metadata import version
-
+from . import __version__
 from .chart_plane import BREAKS_DOWN
 from .explore_cells import POINTS, Cells, fixed_parameters, plain_label
 from .explore_curves import RTOL
@@ -65,7 +64,7 @@ def notes(cells: Cells, made_from: str) -> list[str]:
         f"Values as in the map ({accuracy}), rounded to single precision. Curves computed for this page: {POINTS} "
         f"points each, with a relative error of the stretch of at most {RTOL:g}."
     )
-    told.append(f"Made by dea_maps {version('dea-maps')} from {made_from or 'a map'}. {ds.attrs.get('history', '')}")
+    told.append(f"Made by dea_maps {__version__} from {made_from or 'a map'}. {ds.attrs.get('history', '')}")
     return told
 
 

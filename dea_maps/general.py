@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from . import __version__
 from .free_energy import (
     CRITICAL_FIELD,
     State,
@@ -184,7 +185,7 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: fl
 
 def _annotated(ds: xr.Dataset, prescribed: dict[str, str], rtol: float) -> xr.Dataset:
     """Give a data set its global attributes and say how every variable is stored."""
-    release = version("dea-maps")
+    release = __version__
     loads = ", ".join(f"{name}={load}" for name, load in prescribed.items())
     ds.attrs = {
         "Conventions": "CF-1.11, ACDD-1.3",

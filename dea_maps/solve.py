@@ -13,7 +13,8 @@ from .catalogue import Choice, choose
 from .cuts import Index, cut
 from .kernels import build, lanes, model, programs
 from .kernels import sweep as kernel_rows
-from .kernels._jit import FINGERPRINT
+from .kernels._jit import FINGERPRINT, Kernel
+from .notices import notice
 from .programs import Program
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
@@ -34,6 +35,10 @@ RELAXATIONS = 45.0
 # Shares of the tolerance to trace with, until all is found: at the limit of its stability, where a slow ramp keeps it,
 # an explicit method takes a step now and then whose error it does not see, and that leads nowhere.
 RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
+
+# Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
+COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
+COMPILE_SECONDS_OF_TRAJECTORIES = 20
 
 _OUTCOMES = np.full(16, UNRESOLVED, np.int8)
 _OUTCOMES[lanes.SURVIVES] = SURVIVES
@@ -84,7 +89,8 @@ def solve(
     shape, cells = ratio.shape, ratio.size
     result = np.empty((kernel_rows.RESULTS, cells))
     outcome = np.empty(cells, np.int8)
-    kernel = build.sweep_for(program.name, choice.formulation, choice.method)
+    kernel = _sweep_kernel(program, choice)
+    _prepare(kernel, program.name, COMPILE_SECONDS[choice.method])
     accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
     parts = cut(shape, CHUNK)
@@ -100,6 +106,22 @@ def solve(
     _in_threads(compute, range(parts.count), on_cells, threads)
     columns = [row.reshape(shape) for row in result]
     return Solution(outcome.reshape(shape), *columns)
+
+
+def compiles(program: Program, choice: Choice) -> bool:
+    """Return whether the next sweep of a program would first compile: its machine code is not there yet."""
+    return _sweep_kernel(program, choice).needs_compiling()
+
+
+def _sweep_kernel(program: Program, choice: Choice) -> Kernel:
+    return build.sweep_for(program.name, choice.formulation, choice.method)
+
+
+def _prepare(kernel: Kernel, what: str, seconds: int) -> None:
+    """Compile a kernel if need be, and say so before; in the calling thread, where Ctrl-C ends it."""
+    if kernel.needs_compiling():
+        notice(f"compiling for {what}, once, some {seconds} s")
+    kernel.prepare()
 
 
 def solve_auto(program: Program, parameters: Mapping[str, NDArray[np.float64]], rtol: float) -> Solution:
@@ -133,6 +155,7 @@ def trace(
     ratio = parameters["modulus_ratio"]
     cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
     kernel = build.trajectory(program.name)
+    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     stretch, internal = np.empty((2, cells, shape[-1]))
     ends = solve_auto(program, parameters, rtol)
     lifetimes = np.nan_to_num(ends.time_to_failure)

@@ -11,6 +11,7 @@ from .answers import LIMITS
 from .cuts import cut
 from .nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
 from .scales import scales_of
+from .solve import compiles
 from .streaming import Plan, estimated_seconds, finished_parts
 
 _WIDTH = 26
@@ -171,6 +172,7 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     finished = [] if fresh else finished_parts(plan)
     left = 1.0 - sum(map(plan.cells, finished)) / max(1, grid.cells)
+    compiling = compiles(grid.program, choice)  # before the estimate, which compiles
     computing, start = estimated_seconds(plan) if grid.cells else (0.0, 0.0)
     done, rest = (f", of which {len(finished):,} are finished", ", for the rest") if finished else ("", "")
     return "\n".join(
@@ -183,15 +185,17 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
             *_film(hollow),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
             _row("estimated time", f"{_time_in_words(left * computing)} on this machine{rest}"),
-            _row("start", _start_in_words(start)),
+            _row("start", _start_in_words(start, compiling)),
             *_parameters(hollow),
         ]
     )
 
 
-def _start_in_words(seconds: float) -> str:
-    """Say how long it takes until the first cell is computed."""
-    return f"{_time_in_words(seconds)}, for loading the compiled kernels, or compiling them once"
+def _start_in_words(seconds: float, compiling: bool) -> str:
+    """Say how long it takes until the first cell is computed; this estimate has compiled what was not."""
+    if compiling:
+        return f"the kernels were compiled for this estimate, once, in {_time_in_words(seconds)}"
+    return f"{_time_in_words(seconds)}, for loading the compiled kernels"
 
 
 def _time_in_words(seconds: float) -> str:

@@ -9,6 +9,7 @@ from tqdm import tqdm
 from .catalogue import Choice, choose
 from .dataset import CELL_BYTES, make_dataset, provenance_of
 from .grid import Grid, make_grid
+from .notices import shown_notices
 from .parameters import ParameterLike
 from .plausibility import warn_implausible
 from .programs import Program
@@ -92,7 +93,7 @@ def sweep(
     step : float, optional
         Step of a method with fixed steps, in the formulation's independent variable; `rtol` is then not used.
     progress : bool
-        Whether to draw a progress bar on standard error.
+        Whether to draw a progress bar on standard error, and to say there when something is compiled first.
 
     Returns
     -------
@@ -149,7 +150,7 @@ def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
     try:
         if not progress:
             return solve(grid.program, grid.parameters, choice, on_cells=None)
-        with progress_bar(grid) as bar:
+        with shown_notices(), progress_bar(grid) as bar:
             return solve(grid.program, grid.parameters, choice, on_cells=bar.update)
     except MemoryError as error:
         raise MemoryError(refusal) from error

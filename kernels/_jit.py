@@ -1,12 +1,15 @@
 """The only place with Numba options, each with its reason, and the fingerprint of the kernel sources."""
 
 import hashlib
+import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 from numba.extending import register_jitable
+
+from ._cache import MachineCode
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -19,9 +22,10 @@ FASTMATH = {"nsz"}
 def _fingerprint() -> str:
     """Hash of every kernel source file, so that no cached machine code outlives the source it came from."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
+    folder = Path(__file__).parent
+    for name in sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.py")):
+        source = (folder / name).read_bytes()
+        digest.update(f"{name}\0{len(source)}\0".encode() + source)
     return digest.hexdigest()[:16]
 
 
@@ -40,12 +44,49 @@ def device(function: F) -> F:
     return marked
 
 
-def compiled(function: F) -> F:
-    """Compile an outermost kernel on first call; cached on disk where a folder for it can be written."""
-    # nogil: Python threads run parts of a sweep side by side, without Numba's threading layers and their limits
-    # (one caller at a time, no fork), and the interpreter sees Ctrl-C between parts.
-    options = {"nogil": True, "error_model": "numpy", "fastmath": FASTMATH}
-    try:
-        return numba.njit(cache=True, **options)(function)  # type: ignore[no-any-return]
-    except RuntimeError:  # neither beside the source nor in the user's cache folder can a file be written
-        return numba.njit(**options)(function)  # type: ignore[no-any-return]
+class Kernel:
+    """An outermost kernel, compiled or loaded from disk at its first call; plain Python with the JIT off.
+
+    Parameters
+    ----------
+    function : callable
+        The kernel as plain Python.
+    signature : str
+        The types of its arguments, with commas between or after. One signature alone: Numba would compile again for
+        every layout of the arrays.
+
+    Attributes
+    ----------
+    py_func : callable
+        `function`.
+    """
+
+    def __init__(self, function: Callable[..., Any], signature: str) -> None:
+        self.py_func = function
+        self._signature = signature
+        self._lock = threading.Lock()
+        # nogil: Python threads run parts of a sweep side by side, without Numba's threading layers and their limits
+        # (one caller at a time, no fork), and the interpreter sees Ctrl-C between parts.
+        self._machine = numba.njit(nogil=True, error_model="numpy", fastmath=FASTMATH)(function)
+        self._ready = self._machine is function  # the JIT is off
+        if not self._ready:
+            self._machine._cache = MachineCode(function, FINGERPRINT)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Run it."""
+        self.prepare()
+        return self._machine(*arguments)
+
+    def prepare(self) -> None:
+        """Compile it, or load it from disk, unless that is done."""
+        if self._ready:
+            return
+        with self._lock:
+            if not self._ready:
+                self._machine.compile(self._signature)
+                self._machine.disable_compile()
+                self._ready = True
+
+    def needs_compiling(self) -> bool:
+        """Return whether its machine code is neither in this process nor on disk."""
+        return not (self._ready or self._machine._cache.holds(self._signature, self._machine.targetctx))

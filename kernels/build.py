@@ -1,11 +1,10 @@
 """(program, formulation, method) -> compiled sweep, composed from plain functions and memoised."""
 
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 from . import lanes as block
 from . import quadrature, scenes
+from ._jit import Kernel
 from .area_explicit import make_explicit
 from .area_implicit import RADAU5
 from .control import fixed, make_pi
@@ -24,7 +23,7 @@ RADAU = "radau5"
 @cache
 def sweep_for(
     program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES
-) -> Callable[..., Any]:
+) -> Kernel:
     """Compiled sweep of a loading program by a method on a formulation; see `sweep.make_sweep`.
 
     ``adaptive=False`` keeps the step length of a method that could choose its own (to observe its order).
@@ -43,7 +42,7 @@ def sweep_for(
 
 
 @cache
-def trajectory(program: str) -> Callable[..., Any]:
+def trajectory(program: str) -> Kernel:
     """Compiled trajectories under a loading program; see `trace.make_trace`."""
     tableau = TABLEAUS["dop853"]
     return make_trace(PROGRAMS[program], tableau, make_pi(tableau))

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ._jit import FINGERPRINT, compiled, device
+from ._jit import Kernel, device
 from .lanes import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from .model import CRITICAL_U, instant_gap, relative_u
 from .programs import Program
@@ -24,6 +24,9 @@ FIELD = 0
 RATE = 1
 MODULUS_RATIO = 2
 GIVEN = 3
+
+# Types of the arguments of a sweep: the result may be some columns of a larger one.
+SIGNATURE = "float64[::1], float64[::1], float64[::1], float64, float64, int64, int8[::1], float64[:, :]"
 
 # Four vectors of AVX2, two of AVX-512: enough to hide the latency of a division.
 LANES = 16
@@ -79,7 +82,7 @@ def in_blocks(solve_block: Callable[..., Any], block_rows: int, lanes: int) -> C
     return solve
 
 
-def make_sweep(program: Program, solve: Callable[..., Any]) -> Callable[..., Any]:
+def make_sweep(program: Program, solve: Callable[..., Any]) -> Kernel:
     """Make the compiled ``sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result)``.
 
     ``field``, ``rate``, ``modulus_ratio`` are (cells,) arrays of float64; ``status`` (cells,) of int8 and ``result``
@@ -90,7 +93,6 @@ def make_sweep(program: Program, solve: Callable[..., Any]) -> Callable[..., Any
     """
     classify = make_classify(program)
     peak = program.peak
-    fingerprint = FINGERPRINT
 
     @device
     def write(result, cell, status, field, rate, modulus_ratio):
@@ -111,12 +113,10 @@ def make_sweep(program: Program, solve: Callable[..., Any]) -> Callable[..., Any
             result[FINAL_STRETCH, cell] = 1.0 / np.sqrt(u)
 
     def sweep(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
-        source = fingerprint  # in the closure, hence in the key of the on-disk cache
         for cell in range(field.size):
             status[cell] = classify(field[cell], rate[cell], modulus_ratio[cell])
         solve(field, rate, modulus_ratio, tolerance, step, attempts, status, result)
         for cell in range(field.size):
             write(result, cell, status[cell], field[cell], rate[cell], modulus_ratio[cell])
-        return len(source)
 
-    return compiled(sweep)
+    return Kernel(sweep, SIGNATURE)

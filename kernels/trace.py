@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ._jit import FINGERPRINT, compiled, device
+from ._jit import Kernel, device
 from .formulations import FOLD_UNDER_LOAD, SECOND, THIRD
 from .integrate import make_advance, make_begin
 from .lanes import AT_END, END, EXCESS, FAILS_AT_ONCE, RUNNING, SLOPES, STATE, TIME, rows
@@ -14,8 +14,13 @@ from .programs import Program
 from .sweep import make_classify
 from .tableaus import Tableau
 
+# Types of the arguments of a trajectory.
+SIGNATURE = (
+    "float64[::1], float64[::1], float64[::1], float64[::1], float64, int64, float64[:, ::1], float64[:, ::1]"
+)
 
-def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) -> Callable[..., Any]:
+
+def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) -> Kernel:
     """Make the compiled ``trace(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal)``.
 
     ``field``, ``rate``, ``modulus_ratio`` are (cells,) arrays, ``times`` (times,) ascending and not negative;
@@ -29,7 +34,6 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
     enter = FOLD_UNDER_LOAD.enter
     derivative = FOLD_UNDER_LOAD.derivative
     block_rows = rows(tableau.stages)
-    fingerprint = FINGERPRINT
 
     @device
     def go_to(w, status, time, tolerance, attempts):
@@ -43,7 +47,6 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
                 derivative(w, 0, STATE, SLOPES)
 
     def trace(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal):
-        source = fingerprint  # in the closure, hence in the key of the on-disk cache
         w = np.zeros((block_rows, 1))
         status = np.empty(1, np.int64)
         for cell in range(field.size):
@@ -69,6 +72,5 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
                 if status[0] == AT_END and piece_end < math.inf:
                     go_to(w, status, piece_end, tolerance, attempts)
                     w[END, 0] = piece_end
-        return len(source)
 
-    return compiled(trace)
+    return Kernel(trace, SIGNATURE)

@@ -45,11 +45,11 @@ def assert_one_line_error(captured, words):
 
 
 def test_sweep_writes_the_map_and_one_line(folder, capsys):
+    expected = dm.sweep(dm.Step(), field=[0.9, 1.2, 1.5, 2.5], modulus_ratio=[2, 3, 4], rtol=1e-5)  # also compiles
     assert main(["sweep", "spec.toml", "-o", "map.nc"]) == 0
     captured = capsys.readouterr()
     assert captured.out == "map.nc: 12 cells: 3 survives, 5 fails later, 4 fails at once, 0 unresolved\n"
     assert captured.err == ""
-    expected = dm.sweep(dm.Step(), field=[0.9, 1.2, 1.5, 2.5], modulus_ratio=[2, 3, 4], rtol=1e-5)
     xr.testing.assert_identical(xr.load_dataset("map.nc"), expected)
 
 
