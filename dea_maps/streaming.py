@@ -23,7 +23,7 @@ from .nomenclature import VARIABLES
 from .parts import Arrays, Parts, locked_parts
 from .si_units import physical
 from .solve import KERNELS, Solution, default_threads, solve
-from .storage import sync
+from .storage import move_into_place
 
 Film = tuple[Material, float]
 """A material, and the thickness of the undeformed film in m."""
@@ -172,9 +172,7 @@ def stream(
         computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
-            sync(temporary)
-            os.replace(temporary, target)
-            sync(target.parent)
+            move_into_place(temporary, target)
         except KeyboardInterrupt:
             kept = parts.count()
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
@@ -189,7 +187,7 @@ def _write(
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
     hollow = plan.hollow()
-    # netCDF is called from one thread alone; compression, checksums and the disk let the others compute.
+    # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
     with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
         file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
         saves: deque[Future[None]] = deque()
