@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 from collections.abc import Iterable
 from contextlib import nullcontext
 from pathlib import Path
@@ -11,6 +12,7 @@ from .engines import ENGINES
 from .material import Material
 from .nomenclature import VARIABLES
 from .parameters import ParameterLike, brief
+from .parts import check_parts
 from .programs import Program
 from .si_units import check_film
 from .storage import PathLike, check_writable, write_dataset
@@ -47,7 +49,9 @@ def sweep_to_netcdf(
     """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
 
     The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
-    complete new one. Finished parts wait in ``<path>.parts/``; the same call after an interruption goes on from them.
+    complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
+    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
 
     Parameters
     ----------
@@ -76,8 +80,8 @@ def sweep_to_netcdf(
     TypeError, ValueError
         As in `sweep`, and if an argument of this function is not allowed; before computing.
     OSError
-        If the file cannot be written, or another sweep is writing it; what can be known beforehand, before computing.
-        Parts that are finished stay.
+        If the file cannot be written, another sweep is writing it, ``<path>.parts`` is not the package's own, or there
+        is too little room; what can be known beforehand, before computing. Parts that are finished stay.
 
     Warns
     -----
@@ -159,8 +163,24 @@ def planned_file(
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
     film = _film(material, thickness)
-    check_writable(path)
-    return make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    target = check_writable(path)
+    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    _check_room(plan, target, check_parts(target))
+    return plan
+
+
+def _check_room(plan: Plan, target: Path, there: int) -> None:
+    """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
+    maps = plan.hollow()
+    parts = sum(maps[name].nbytes for name in plan.variables)
+    # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
+    needed = max(parts - there, 0) + maps.nbytes // 4
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        raise OSError(
+            f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
+            f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
+        )
 
 
 def _film(material: Material | None, thickness: float | None) -> Film | None:

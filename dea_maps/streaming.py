@@ -20,7 +20,7 @@ from .grid import Grid
 from .map_file import MapFile
 from .material import Material
 from .nomenclature import VARIABLES
-from .parts import Arrays, Parts, locked_parts
+from .parts import WHOLE, Arrays, Parts, locked_parts
 from .si_units import physical
 from .solve import KERNELS, Solution, default_threads, solve
 from .storage import move_into_place
@@ -168,7 +168,7 @@ def stream(
     with locked_parts(target, plan.identity()) as parts:
         if fresh:
             parts.clear()
-        temporary = parts.folder / "whole.nc"
+        temporary = parts.folder / WHOLE
         computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
