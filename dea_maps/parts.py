@@ -19,12 +19,11 @@ from .storage import sync
 Arrays = Mapping[str, NDArray[np.generic]]
 
 _LOCK = "lock"
-# Says whose the folder is: nothing is removed from one that does not have it.
-_NOTE = "README"
-_NOTE_TEXT = "Finished parts of a sweep of dea_maps: it goes on from them, and removes them when its map is complete.\n"
+# An empty file that says whose the folder is: nothing is removed from one that does not have it.
+_MARK = "parts-of-dea_maps"
 WHOLE = "whole.nc"
 """Name of the map while it is put together."""
-_OWN = re.compile(rf"{_LOCK}|{_NOTE}|\d{{6,}}\.npz|unfinished\.[0-9a-f]+|{re.escape(WHOLE)}(\.cell)?")
+_OWN = re.compile(rf"{_LOCK}|{_MARK}|\d{{6,}}\.npz|unfinished\.[0-9a-f]+|{re.escape(WHOLE)}(\.cell)?")
 
 
 class Parts:
@@ -116,7 +115,7 @@ class Parts:
     def clear(self) -> None:
         """Remove all parts, and whatever an interrupted run left."""
         for path in self.folder.iterdir():
-            if _OWN.fullmatch(path.name) and path.name not in {_LOCK, _NOTE}:
+            if _OWN.fullmatch(path.name) and path.name not in {_LOCK, _MARK}:
                 path.unlink()
 
 
@@ -151,7 +150,7 @@ def check_parts(path: Path) -> int:
         raise NotADirectoryError(f"{refused} is not a folder") from None
     except OSError as error:
         raise type(error)(f"{refused} cannot be read: {error.strerror}") from None
-    own = {entry.name for entry in entries} <= {_LOCK} or any(entry.name == _NOTE for entry in entries)
+    own = {entry.name for entry in entries} <= {_LOCK} or any(entry.name == _MARK for entry in entries)
     size = 0
     for entry in entries:
         if not (own and _OWN.fullmatch(entry.name)):
@@ -189,8 +188,7 @@ def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
     lock = _locked(path)
     parts = Parts(_folder(path), identity)
     try:
-        if not (parts.folder / _NOTE).exists():
-            (parts.folder / _NOTE).write_text(_NOTE_TEXT)
+        (parts.folder / _MARK).touch()
         yield parts
         parts.clear()
     finally:
@@ -223,7 +221,7 @@ def _locked(path: Path) -> FileLock:
 def _remove(parts: Parts, lock: FileLock) -> None:
     """Remove the folder; a file that is not the package's own keeps it."""
     parts.clear()
-    (parts.folder / _NOTE).unlink(missing_ok=True)
+    (parts.folder / _MARK).unlink(missing_ok=True)
     try:
         # While it is locked: whoever holds the old file then knows that it is gone.
         (parts.folder / _LOCK).unlink()

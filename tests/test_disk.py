@@ -255,10 +255,10 @@ def test_bad_arguments_are_refused_before_solving(arguments, error, message, mon
 OWN_FOLDER = {
     "notes": lambda folder, _: (folder / "notes.txt").write_text("mine"),
     "a part of another hand": lambda folder, _: (folder / "000001.npz").write_text("mine"),
-    "notes among parts": lambda folder, _: [(folder / name).write_text("mine") for name in ("README", "notes.txt")],
-    "a folder for a part": lambda folder, _: ((folder / "README").touch(), (folder / "000001.npz").mkdir()),
+    "notes among parts": lambda folder, _: [(folder / name).write_text("mine") for name in ("parts-of-dea_maps", "notes.txt")],
+    "a folder for a part": lambda folder, _: ((folder / "parts-of-dea_maps").touch(), (folder / "000001.npz").mkdir()),
     "a link for a part": lambda folder, other: (
-        (folder / "README").touch(),
+        (folder / "parts-of-dea_maps").touch(),
         (folder / "000001.npz").symlink_to(other / "mine"),
     ),
     "a link for the lock": lambda folder, other: (folder / "lock").symlink_to(other / "mine"),
