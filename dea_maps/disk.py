@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, Literal
 
-from .engines import ENGINES
+from .engines import ENGINES, check_dask
 from .material import Material
 from .nomenclature import VARIABLES
 from .parameters import ParameterLike, brief
@@ -160,6 +160,8 @@ def planned_file(
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
     if scheduler is not None and engine != "dask":
         raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
+    if engine == "dask":
+        check_dask(scheduler)
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
     film = _film(material, thickness)
