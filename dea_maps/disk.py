@@ -2,21 +2,22 @@
 
 import os
 import re
+import shutil
 from collections.abc import Iterable
 from contextlib import nullcontext
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from .engines import ENGINES
+from .engines import ENGINES, check_dask
 from .first_limit import rtol_of
 from .grid import Grid
 from .material import Material
 from .nomenclature import BREAKDOWN, VARIABLES
 from .notices import shown_notices
 from .parameters import ParameterLike, brief
+from .parts import check_parts
 from .plausibility import warn_film, warn_implausible
 from .programs import Program
 from .scales import scales
@@ -58,7 +59,9 @@ def sweep_to_netcdf(
     """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
 
     The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
-    complete new one. Finished parts wait in ``<path>.parts/``; the same call after an interruption goes on from them.
+    complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
+    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
 
     Parameters
     ----------
@@ -90,8 +93,8 @@ def sweep_to_netcdf(
     TypeError, ValueError
         As in `sweep`, and if an argument of this function is not allowed; before computing.
     OSError
-        If the file cannot be written, or another sweep is writing it; what can be known beforehand, before computing.
-        Parts that are finished stay.
+        If the file cannot be written, another sweep is writing it, ``<path>.parts`` is not the package's own, or there
+        is too little room; what can be known beforehand, before computing. Parts that are finished stay.
 
     Warns
     -----
@@ -173,19 +176,35 @@ def planned_file(
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
     if scheduler is not None and engine != "dask":
         raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
+    if engine == "dask":
+        check_dask(scheduler)
     grid, choice = planned(program, **asked)
     room = _bytes(memory)
     film = _film(material, thickness)
     if film is not None and limited:
         rtol_of(choice)
         check_strength(film[0].strength, _LOOKED_AT)
-    if engine == "dask" and find_spec("distributed") is None:
-        raise ValueError("engine 'dask' needs Dask, which comes with: pip install 'dea-maps[distributed]'")
     check_netcdf_name(path)
-    check_writable(path)
+    target = check_writable(path)
     if film is not None and grid.cells:
         _warn(grid, *film)
-    return make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    _check_room(plan, target, check_parts(target))
+    return plan
+
+
+def _check_room(plan: Plan, target: Path, there: int) -> None:
+    """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
+    maps = plan.hollow()
+    parts = sum(maps[name].nbytes for name in plan.variables)
+    # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
+    needed = max(parts - there, 0) + maps.nbytes // 4
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        raise OSError(
+            f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
+            f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
+        )
 
 
 def _film(material: Material | None, thickness: float | None) -> Film | None:

@@ -1,7 +1,8 @@
 """A NetCDF-4 map written part by part: what ``Dataset.to_netcdf`` would write, without all of it in memory."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from .cuts import Cut, Index
+from .storage import NETCDF_LOCK
 
 
 class MapFile:
@@ -40,22 +42,36 @@ class MapFile:
         # xarray writes the coordinates, and shows on a map of one cell how it would write the variables.
         one_cell = path.with_name(f"{path.name}.cell")
         try:
-            hollow.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
-            hollow.isel({dim: slice(0, 1) for dim in hollow.dims}).to_netcdf(one_cell, engine="netcdf4")
-            self._file = netCDF4.Dataset(path, "a")
-            self._file.set_auto_maskandscale(False)
-            with netCDF4.Dataset(one_cell) as pattern:
-                if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
-                    self._file.delncattr("coordinates")
-                for dim, size in hollow.sizes.items():
-                    if dim not in self._file.dimensions:
-                        self._file.createDimension(str(dim), size)
-                for name in names:
-                    self._define(pattern[name], chunks)
+            with NETCDF_LOCK:
+                hollow.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
+                hollow.isel({dim: slice(0, 1) for dim in hollow.dims}).to_netcdf(one_cell, engine="netcdf4")
+                self._file = netCDF4.Dataset(path, "a")
+                with self._closed_on_errors(), netCDF4.Dataset(one_cell) as pattern:
+                    self._describe(hollow, pattern, chunks)
         except RuntimeError as error:
             raise OSError(f"cannot write {path}: {error}") from error
         finally:
             one_cell.unlink(missing_ok=True)
+
+    @contextmanager
+    def _closed_on_errors(self) -> Iterator[None]:
+        """Close the file if it cannot be made: the garbage collector would do so without the lock."""
+        try:
+            yield
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _describe(self, hollow: xr.Dataset, pattern: netCDF4.Dataset, chunks: Cut) -> None:
+        """Make the dimensions and the variables."""
+        self._file.set_auto_maskandscale(False)
+        if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
+            self._file.delncattr("coordinates")
+        for dim, size in hollow.sizes.items():
+            if dim not in self._file.dimensions:
+                self._file.createDimension(str(dim), size)
+        for name in map(str, hollow.data_vars):
+            self._define(pattern[name], chunks)
 
     def _define(self, pattern: "netCDF4.Variable[Any]", chunks: Cut) -> None:
         """Make a variable like that of the map of one cell."""
@@ -80,16 +96,18 @@ class MapFile:
     def write(self, index: Index, arrays: Mapping[str, NDArray[np.generic]]) -> None:
         """Write the values of a part: where it is in the grid, and one array a variable, in the order of the cells."""
         try:
-            for name, values in arrays.items():
-                variable = self._file[name]
-                variable[index if index else ...] = values.reshape(np.shape(_hollow(variable.shape)[index]))
+            with NETCDF_LOCK:
+                for name, values in arrays.items():
+                    variable = self._file[name]
+                    variable[index if index else ...] = values.reshape(np.shape(_hollow(variable.shape)[index]))
         except RuntimeError as error:  # how netCDF4 reports what HDF5 could not do, such as filling a full disk
             raise OSError(f"cannot write {self.path}: {error}") from error
 
     def close(self) -> None:
         """Write what is still in memory."""
         try:
-            self._file.close()
+            with NETCDF_LOCK:
+                self._file.close()
         except RuntimeError as error:
             raise OSError(f"cannot write {self.path}: {error}") from error
 

@@ -1,6 +1,7 @@
 """Finished parts of a sweep, kept beside its file until the file is complete."""
 
 import os
+import re
 import secrets
 import warnings
 import zipfile
@@ -9,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
+from filelock import FileLock, Timeout
 from numpy.typing import NDArray
 
 from .storage import naming, sync
@@ -16,6 +18,11 @@ from .storage import naming, sync
 Arrays = Mapping[str, NDArray[np.generic]]
 
 _LOCK = "lock"
+# An empty file that says whose the folder is: nothing is removed from one that does not have it.
+_MARK = "parts-of-dea_maps"
+WHOLE = "whole.nc"
+"""Name of the map while it is put together."""
+_OWN = re.compile(rf"{_LOCK}|{_MARK}|\d{{6,}}\.npz|unfinished\.[0-9a-f]+|{re.escape(WHOLE)}(\.cell)?")
 
 
 class Parts:
@@ -115,7 +122,7 @@ class Parts:
     def clear(self) -> None:
         """Remove all parts, and whatever an interrupted run left."""
         for path in self.folder.iterdir():
-            if path.name != _LOCK:
+            if _OWN.fullmatch(path.name) and path.name not in {_LOCK, _MARK}:
                 path.unlink()
 
 
@@ -124,9 +131,54 @@ def folder_of(path: Path) -> Path:
     return path.with_name(f"{path.name}.parts")
 
 
+def check_parts(path: Path) -> int:
+    """Check that the folder of the parts of a file is the package's own, or not there.
+
+    Parameters
+    ----------
+    path : Path
+        The file that is to be written.
+
+    Returns
+    -------
+    int
+        Bytes of what is in it.
+
+    Raises
+    ------
+    OSError
+        If it is a link or no folder, or holds anything that no sweep has put there.
+    """
+    folder = folder_of(path)
+    refused = f"cannot write {path}: {folder}, the place of its parts,"
+    if folder.is_symlink():
+        raise FileExistsError(f"{refused} is a link")
+    try:
+        with os.scandir(folder) as found:
+            entries = sorted(found, key=lambda entry: entry.name)
+    except FileNotFoundError:
+        return 0
+    except NotADirectoryError:
+        raise NotADirectoryError(f"{refused} is not a folder") from None
+    except OSError as error:
+        raise type(error)(f"{refused} cannot be read: {error.strerror}") from None
+    own = {entry.name for entry in entries} <= {_LOCK} or any(entry.name == _MARK for entry in entries)
+    size = 0
+    for entry in entries:
+        if not (own and _OWN.fullmatch(entry.name)):
+            raise FileExistsError(f"{refused} holds {entry.name!r}, which no sweep has put there")
+        try:
+            if not entry.is_file(follow_symlinks=False):
+                raise FileExistsError(f"{refused} holds {entry.name!r}, which is not a file")
+            size += entry.stat(follow_symlinks=False).st_size
+        except FileNotFoundError:  # another sweep, which has just finished
+            pass
+    return size
+
+
 @contextmanager
 def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
-    """Open the parts of a file for this process alone; removed at the end, if all went well or none is there.
+    """Open the parts of a file for this sweep alone; removed at the end, if all went well or none is there.
 
     Parameters
     ----------
@@ -142,39 +194,48 @@ def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
     Raises
     ------
     OSError
-        If another process, or another thread, is writing the same file, or the folder cannot be made.
+        If another process, or another thread, is writing the same file, or the folder cannot be made or is not the
+        package's own.
     """
-    folder = folder_of(path)
-    lock = _lock(folder, path)
-    parts = Parts(folder, identity)
+    lock = _locked(path)
+    parts = Parts(folder_of(path), identity)
     try:
+        (parts.folder / _MARK).touch()
         yield parts
         parts.clear()
     finally:
         if parts.count() == 0:
-            (folder / _LOCK).unlink()
-            folder.rmdir()
-        os.close(lock)
+            _remove(parts, lock)
+        lock.release()
 
 
-def _lock(folder: Path, path: Path) -> int:
-    """Lock the folder, made if need be; closing the descriptor unlocks it, and so does the end of the process."""
-    import fcntl  # of POSIX only, like the file systems on which renaming replaces
-
+def _locked(path: Path) -> FileLock:
+    """Lock the folder, made if need be; the end of the process unlocks it too."""
+    check_parts(path)
+    folder = folder_of(path)
     while True:
         folder.mkdir(exist_ok=True)
+        lock = FileLock(folder / _LOCK, thread_local=False)
         try:
-            descriptor = os.open(folder / _LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-        except FileNotFoundError:  # another process has just finished, and removed the folder
+            lock.acquire(timeout=0)
+            return lock
+        except FileNotFoundError:  # another sweep has just finished, and removed the folder
             continue
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(descriptor)
-            raise BlockingIOError(f"cannot write {path}: another sweep is writing it") from None
-        try:
-            if os.path.samestat(os.stat(folder / _LOCK), os.fstat(descriptor)):
-                return descriptor
-        except FileNotFoundError:
-            pass
-        os.close(descriptor)
+        except Timeout:
+            if (folder / _LOCK).exists():
+                raise BlockingIOError(f"cannot write {path}: another sweep is writing it") from None
+
+
+def _remove(parts: Parts, lock: FileLock) -> None:
+    """Remove the folder; a file that is not the package's own keeps it."""
+    parts.clear()
+    (parts.folder / _MARK).unlink(missing_ok=True)
+    try:
+        # While it is locked: whoever holds the old file then knows that it is gone.
+        (parts.folder / _LOCK).unlink()
+    except PermissionError:  # a file that is open cannot be removed on every system
+        lock.release()
+        with suppress(OSError):
+            (parts.folder / _LOCK).unlink()
+    with suppress(OSError):
+        parts.folder.rmdir()

@@ -2,9 +2,11 @@
 
 import os
 import secrets
+import stat
 import tempfile
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import xarray as xr
@@ -14,18 +16,52 @@ from .nomenclature import BREAKDOWN, VARIABLES
 PathLike = str | os.PathLike[str]
 
 
-def check_writable(path: PathLike) -> None:
+class _NetcdfLock:
+    """A reentrant lock that is pickled by its name: a data set that reads its values later carries it along."""
+
+    def __init__(self) -> None:
+        self._lock = threading.RLock()
+
+    def acquire(self, blocking: bool = True) -> bool:
+        """Wait for the lock, or try to have it."""
+        return self._lock.acquire(blocking)
+
+    def release(self) -> None:
+        """Let another thread have it."""
+        self._lock.release()
+
+    def __enter__(self) -> None:
+        self.acquire()
+
+    def __exit__(self, *_: object) -> None:
+        self.release()
+
+    def __reduce__(self) -> str:
+        return "NETCDF_LOCK"
+
+
+NETCDF_LOCK = _NetcdfLock()
+"""Held for every call into netCDF4 and HDF5, which are not thread-safe, not even on different files."""
+
+
+def check_writable(path: PathLike) -> Path:
     """Check that a file can be written, before anything is computed for it.
 
     Parameters
     ----------
     path : str or path-like
-        The file; its folder must exist.
+        The file; its folder must exist. A symbolic link is followed.
+
+    Returns
+    -------
+    Path
+        The file itself, behind all links.
 
     Raises
     ------
     OSError
-        If the folder is absent or no folder, if no file can be made in it, or if `path` is itself a folder.
+        If the folder is absent or no folder, if no file can be made in it, or if `path` is a folder, a device or
+        anything else that is no file, a loop of links, or a file that may not be written.
 
     Examples
     --------
@@ -34,19 +70,42 @@ def check_writable(path: PathLike) -> None:
     ...
     FileNotFoundError: cannot write nowhere/map.nc: there is no folder nowhere
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path)) if os.path.islink(path) else Path(path)
     folder = target.parent
-    if target.is_dir():
-        raise IsADirectoryError(f"cannot write {target}: it is a folder")
-    if not folder.exists():
-        raise FileNotFoundError(f"cannot write {target}: there is no folder {folder}")
-    if not folder.is_dir():
-        raise NotADirectoryError(f"cannot write {target}: {folder} is not a folder")
+    refused = f"cannot write {os.fspath(path)}"
+    if os.path.isdir(path):
+        raise IsADirectoryError(f"{refused}: it is a folder")
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        if not folder.exists():
+            raise FileNotFoundError(f"{refused}: there is no folder {folder}") from None
+    except NotADirectoryError:
+        raise NotADirectoryError(f"{refused}: {folder} is not a folder") from None
+    except OSError as error:  # a loop of links, or a folder that may not be entered
+        raise type(error)(f"{refused}: {error.strerror}") from None
+    else:
+        if not stat.S_ISREG(mode):
+            raise OSError(f"{refused}: it is a device, a pipe or a socket, not a file")
+        # Renaming asks for the rights of the folder alone, and an administrator has every right.
+        if not (mode & 0o222 and os.access(target, os.W_OK)):
+            raise PermissionError(f"{refused}: it is read-only")
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise type(error)(f"cannot write {target}: {error.strerror} in the folder {folder}") from None
+        raise type(error)(f"{refused}: {error.strerror} in the folder {folder}") from None
+    return Path(os.path.realpath(target))
+
+
+def move_into_place(temporary: Path, target: Path) -> None:
+    """Let a complete file take the place of another, with its permissions, once the bytes are on the disk."""
+    with suppress(FileNotFoundError):
+        temporary.chmod(stat.S_IMODE(target.stat().st_mode))
+    sync(temporary)
+    os.replace(temporary, target)
+    if os.name == "posix":  # a folder cannot be opened elsewhere
+        sync(target.parent)
 
 
 @contextmanager
@@ -129,8 +188,8 @@ def replacing(path: PathLike) -> Iterator[Path]:
     """Hand out a temporary file in the same folder that takes the place of `path` if all goes well.
 
     The bytes are on the disk before the name changes, so that `path` is only ever absent, the old file or the
-    complete new one. Whatever goes wrong, an interrupt too, the temporary file is removed and the old file
-    stays.
+    complete new one, with the permissions of the old. Whatever goes wrong, an interrupt too, the temporary file is
+    removed and the old file stays.
 
     Parameters
     ----------
@@ -145,7 +204,7 @@ def replacing(path: PathLike) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If the file cannot be written or moved.
+        As `check_writable`, or if the file cannot be moved.
 
     Examples
     --------
@@ -155,15 +214,12 @@ def replacing(path: PathLike) -> Iterator[Path]:
     ...     Path(folder, "note.txt").read_text()
     'whole'
     """
-    target = Path(os.path.realpath(path))
+    target = check_writable(path)
     temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
     try:
         with naming(target):
             yield temporary
-            sync(temporary)
-            os.replace(temporary, target)
-            if os.name == "posix":  # a folder cannot be opened elsewhere
-                sync(target.parent)
+            move_into_place(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -190,8 +246,7 @@ def write_dataset(ds: xr.Dataset, path: PathLike) -> None:
     ...     [file.name for file in Path(folder).iterdir()]
     ['x.nc']
     """
-    check_writable(path)
-    with replacing(path) as temporary:
+    with replacing(path) as temporary, NETCDF_LOCK:
         try:
             ds.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
         except RuntimeError as error:  # how netCDF4 reports what HDF5 could not do, such as filling a full disk
@@ -234,7 +289,8 @@ def open_map(path: PathLike, *others: str) -> xr.Dataset:
     with file.open("rb") as stream:  # says so if it cannot be read, where netCDF would blame the format
         stream.read(1)
     try:
-        ds = xr.open_dataset(file, engine="netcdf4", cache=False)
+        with NETCDF_LOCK:
+            ds = xr.open_dataset(file, engine="netcdf4", cache=False, lock=NETCDF_LOCK)
     except OSError:
         raise ValueError(f"{file} is not a NetCDF file") from None
     except Exception as error:  # as many kinds as there are kinds of damage

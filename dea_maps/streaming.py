@@ -24,10 +24,10 @@ from .map_file import MapFile
 from .material import Material
 from .material_table import PowerLaw
 from .nomenclature import BREAKDOWN, FLAGGED, VARIABLES
-from .parts import Arrays, Parts, folder_of, locked_parts
+from .parts import WHOLE, Arrays, Parts, folder_of, locked_parts
 from .si_units import in_si
 from .solve import KERNELS, Solution, default_threads, solve
-from .storage import naming, sync
+from .storage import move_into_place, naming
 from .strength import StrengthOf
 
 Film = tuple[Material, float]
@@ -211,14 +211,12 @@ def stream(
     with locked_parts(target, plan.identity()) as parts:
         if fresh:
             parts.clear()
-        temporary = parts.folder / "whole.nc"
+        temporary = parts.folder / WHOLE
         computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
             with naming(target):
-                sync(temporary)
-                os.replace(temporary, target)
-                sync(target.parent)
+                move_into_place(temporary, target)
         except KeyboardInterrupt:
             kept = parts.count()
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
@@ -233,7 +231,7 @@ def _write(
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
     hollow = plan.hollow()
-    # netCDF is called from one thread alone; compression, checksums and the disk let the others compute.
+    # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
     with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
         file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
         saves: deque[Future[None]] = deque()

@@ -1,14 +1,18 @@
-"""The engine of Dask workers: the same bits as threads, also when a worker dies."""
+"""The engine of Dask workers: the same bits as threads, or one line that says what is wrong with the cluster."""
 
 import os
 import signal
+import socket
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps import disk, engines, streaming
+from dea_maps import cli, disk, engines, streaming
 from dea_maps.material_table import PowerLaw
 
 distributed = pytest.importorskip("distributed")
@@ -84,6 +88,169 @@ def test_without_a_scheduler(tmp_path):
         dm.sweep_to_netcdf(
             tmp_path / "map.nc", dm.Step(), field=1.2, modulus_ratio=4.0, engine="dask", scheduler="tcp://127.0.0.1:1"
         )
+
+
+def sweep_on(address, path):
+    dm.sweep_to_netcdf(path, dm.RampHold(), **CUBE, engine="dask", scheduler=address)
+
+
+def hide_package():
+    sys.modules["dea_maps.engines.hidden"] = sys.modules.pop("dea_maps.engines", None)
+    sys.modules["dea_maps.engines"] = None
+
+
+def show_package():
+    sys.modules["dea_maps.engines"] = sys.modules.pop("dea_maps.engines.hidden")
+
+
+def be_of_another_version():
+    engines.CODE = "dea_maps 0.0.1 with the kernels 0123456789abcdef"
+
+
+def be_of_this_version(code):
+    engines.CODE = code
+
+
+def test_a_worker_without_the_package_is_named(cluster, tmp_path):
+    with distributed.Client(cluster) as client:
+        client.run(lambda: __import__("dea_maps.engines"))
+        client.run(hide_package)
+        try:
+            with pytest.raises(OSError, match=f"a Dask worker has no dea_maps .*, this process {engines.CODE}: both"):
+                sweep_on(cluster.scheduler_address, tmp_path / "map.nc")
+        finally:
+            client.run(show_package)
+    assert os.listdir(tmp_path) == []
+
+
+OTHER = r"a Dask worker has dea_maps 0\.0\.1 with the kernels 0123456789abcdef, this process dea_maps .* with the kernels"
+
+
+@pytest.mark.parametrize("when", ["before", "later"])
+def test_a_worker_of_another_version_is_refused(when, cluster, tmp_path, monkeypatch):
+    real, submitted = engines.Dask.submit, []
+
+    def submit(self, task):
+        if len(submitted) == 5:  # as a worker that joins later
+            self._client.run(be_of_another_version)
+        submitted.append(task)
+        return real(self, task)
+
+    with distributed.Client(cluster) as client:
+        if when == "before":
+            client.run(be_of_another_version)
+        else:
+            monkeypatch.setattr(engines.Dask, "submit", submit)
+        try:
+            with pytest.raises(OSError, match=OTHER):
+                sweep_on(cluster.scheduler_address, tmp_path / "map.nc")
+        finally:
+            client.run(be_of_this_version, engines.CODE)
+    assert (tmp_path / "map.nc.parts").exists() == (when == "later")
+
+
+def test_the_code_that_is_compared_has_the_fingerprint_of_the_kernels():
+    from dea_maps.kernels._jit import FINGERPRINT
+
+    assert FINGERPRINT in engines.CODE
+    assert dm.__version__ in engines.CODE
+
+
+def test_without_workers(tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "ARRIVAL", 0.3)
+    with distributed.LocalCluster(n_workers=0, dashboard_address=None) as empty:
+        address = empty.scheduler_address
+        with (
+            pytest.warns(UserWarning, match=f"the Dask scheduler at {address} has no workers: waiting for one"),
+            pytest.raises(OSError, match=rf"the Dask scheduler at {address} has no workers, after 0\.3 s"),
+        ):
+            sweep_on(address, tmp_path / "map.nc")
+    assert os.listdir(tmp_path) == []
+
+
+CLUSTER = """
+from distributed import LocalCluster
+with LocalCluster(n_workers=1, processes=False, protocol="tcp", host="127.0.0.1", dashboard_address=None) as made:
+    print(made.scheduler_address, flush=True)
+    input()
+"""
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_scheduler_that_dies(end, tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "ANSWER", 2.0)
+    monkeypatch.setattr(engines, "TRANSFER", 2.0)
+    command = [sys.executable, "-c", CLUSTER]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command, text=True, **pipes)
+    try:
+        address = process.stdout.readline().strip()
+        real, submitted = engines.Dask.submit, []
+
+        def submit(self, task):
+            if len(submitted) == 8:
+                process.send_signal(end)
+            submitted.append(task)
+            return real(self, task)
+
+        monkeypatch.setattr(engines.Dask, "submit", submit)
+        with pytest.raises(OSError, match=f"the Dask scheduler at {address} was lost"):
+            sweep_on(address, tmp_path / "map.nc")
+    finally:
+        process.kill()
+        process.communicate()
+    assert list(tmp_path.glob("map.nc.parts/*.npz"))
+    assert not (tmp_path / "map.nc").exists()
+
+
+@pytest.mark.parametrize("answer", ["none", "silence", "another protocol"])
+def test_what_is_no_scheduler(answer, tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "ANSWER", 1.0)
+    with socket.create_server(("127.0.0.1", 0)) as server, ThreadPoolExecutor(1) as thread:
+        address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
+        if answer == "another protocol":
+            thread.submit(lambda: server.accept()[0].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n" * 10))
+        elif answer == "none":
+            server.close()
+        with pytest.raises(OSError, match=f"the Dask scheduler at {address} does not answer"):
+            sweep_on(address, tmp_path / "map.nc")
+    assert os.listdir(tmp_path) == []
+
+
+MALFORMED = ["", "127.0.0.1", "tcp://", "tcp://127.0.0.1:http", "tcp://127.0.0.1:99999", "smoke://127.0.0.1:1", "a b:1"]
+
+
+@pytest.mark.parametrize("address", MALFORMED)
+def test_a_malformed_address_is_refused(address, tmp_path, monkeypatch):
+    monkeypatch.setattr(engines, "solve", None)
+    with pytest.raises(ValueError, match=f"scheduler must be the address of a Dask scheduler, .*; got {address!r}"):
+        sweep_on(address, tmp_path / "map.nc")
+    with pytest.raises(TypeError, match="scheduler must be the address of a Dask scheduler, .*; got 3"):
+        sweep_on(3, tmp_path / "map.nc")
+
+
+SPEC = '[program]\nname = "step"\n[grid]\nfield = 1.2\nmodulus_ratio = 4.0\n'
+
+
+@pytest.mark.parametrize(
+    ("address", "status", "words"),
+    [("tcp://127.0.0.1:1", 1, "does not answer"), ("127.0.0.1", 2, "must be the address"), (None, 2, "needs Dask")],
+)
+def test_the_command_line_ends_in_one_line(address, status, words, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(engines, "ANSWER", 1.0)
+    (tmp_path / "spec.toml").write_text(SPEC)
+    options = ["--scheduler", address] if address else []
+    if address is None:
+        monkeypatch.setitem(sys.modules, "distributed", None)
+    assert cli.main(["sweep", "spec.toml", "-o", "map.nc", "--engine", "dask", *options]) == status
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("dea-maps: error: ")
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    assert words in err
+    assert os.listdir(tmp_path) == ["spec.toml"]
 
 
 def test_without_dask(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -249,3 +250,125 @@ def test_bad_arguments_are_refused_before_solving(arguments, error, message, mon
     with pytest.raises(error, match=message):
         dm.sweep_to_netcdf(**{"path": "map.nc", "program": dm.RampHold(), **CUBE, **arguments})
     assert os.listdir(tmp_path) == []
+
+
+OWN_FOLDER = {
+    "notes": lambda folder, _: (folder / "notes.txt").write_text("mine"),
+    "a part of another hand": lambda folder, _: (folder / "000001.npz").write_text("mine"),
+    "notes among parts": lambda folder, _: [(folder / name).write_text("mine") for name in ("parts-of-dea_maps", "notes.txt")],
+    "a folder for a part": lambda folder, _: ((folder / "parts-of-dea_maps").touch(), (folder / "000001.npz").mkdir()),
+    "a link for a part": lambda folder, other: (
+        (folder / "parts-of-dea_maps").touch(),
+        (folder / "000001.npz").symlink_to(other / "mine"),
+    ),
+    "a link for the lock": lambda folder, other: (folder / "lock").symlink_to(other / "mine"),
+    "a pipe": lambda folder, _: os.mkfifo(folder / "lock"),
+}
+
+
+def tree(folder):
+    """Return all that is in a folder, and what is in its files."""
+    found = {}
+    for place in sorted(folder.rglob("*")):
+        is_text = place.is_file() and not place.is_symlink()
+        found[place.name] = place.read_text() if is_text else place.lstat().st_mode
+    return found
+
+
+@pytest.mark.parametrize("fresh", [False, True])
+@pytest.mark.parametrize("name", OWN_FOLDER)
+def test_a_folder_of_another_is_refused_and_stays(name, fresh, path, monkeypatch):
+    folder, other = path.with_name("map.nc.parts"), path.with_name("other")
+    folder.mkdir()
+    other.mkdir()
+    (other / "mine").write_text("mine")
+    OWN_FOLDER[name](folder, other)
+    before = tree(path.parent)
+    monkeypatch.setattr(engines, "solve", None)
+    with pytest.raises(OSError, match=rf"cannot write {path}: {folder}, the place of its parts, holds '") as caught:
+        write(path, fresh=fresh)
+    assert "\n" not in str(caught.value)
+    assert tree(path.parent) == before
+
+
+@pytest.mark.parametrize(("kind", "words"), [("link", "is a link"), ("file", "is not a folder")])
+def test_a_place_of_parts_that_is_no_folder_is_refused(kind, words, path, monkeypatch):
+    folder, other = path.with_name("map.nc.parts"), path.with_name("other")
+    other.mkdir()
+    folder.symlink_to(other) if kind == "link" else folder.write_text("mine")
+    before = tree(path.parent)
+    monkeypatch.setattr(engines, "solve", None)
+    with pytest.raises(OSError, match=rf"{folder}, the place of its parts, {words}"):
+        write(path)
+    assert tree(path.parent) == before
+
+
+def test_a_file_put_among_the_parts_while_computing_stays(path, whole, monkeypatch):
+    real, notes = engines.solve, path.with_name("map.nc.parts") / "notes.txt"
+
+    def solve(*arguments, **options):
+        notes.write_text("mine")
+        return real(*arguments, **options)
+
+    monkeypatch.setattr(engines, "solve", solve)
+    write(path)
+    xr.testing.assert_identical(xr.load_dataset(path), whole)
+    assert os.listdir(notes.parent) == ["notes.txt"]
+    assert notes.read_text() == "mine"
+
+
+@pytest.mark.parametrize("interrupted", [False, True])
+def test_too_little_room_is_said_before_computing(interrupted, path, whole, monkeypatch):
+    if interrupted:
+        half_done(path, monkeypatch)
+    parts, least = whole.outcome.size * 41, whole.nbytes // 4
+    there = sum(part.stat().st_size for part in path.parent.glob("map.nc.parts/*"))
+    needed = parts - there + least
+    asked = []
+
+    def disk_usage(free):
+        return lambda folder: (asked.append(folder), shutil._ntuple_diskusage(10**12, 10**12 - free, free))[1]
+
+    with monkeypatch.context() as patch, pytest.raises(OSError, match=rf"cannot write {path}: the map and its parts need"):
+        patch.setattr(engines, "solve", None)
+        patch.setattr(shutil, "disk_usage", disk_usage(needed - 1))
+        write(path)
+    monkeypatch.setattr(shutil, "disk_usage", disk_usage(needed))
+    write(path)
+    assert asked == [path.parent, path.parent]
+
+
+def test_a_link_is_followed_and_the_mode_kept(path, tmp_path, whole):
+    (tmp_path / "elsewhere").mkdir()
+    target = tmp_path / "elsewhere" / "old.nc"
+    target.write_text("old")
+    target.chmod(0o640)
+    path.symlink_to(target)
+    write(path)
+    assert path.is_symlink()
+    assert target.stat().st_mode & 0o7777 == 0o640
+    xr.testing.assert_identical(xr.load_dataset(target), whole)
+    assert os.listdir(target.parent) == ["old.nc"]
+
+
+def test_threads_write_and_open_at_once(tmp_path, whole):
+    """Each of eight threads writes its own files and reads those of others; HDF5 alone would crash the process."""
+    field = CUBE["field"]
+
+    def work(number):
+        for turn in range(3):
+            own, other = tmp_path / f"{number}.nc", tmp_path / f"{(number + turn) % 8}.nc"
+            dm.sweep_to_netcdf(own, dm.RampHold(), **{**CUBE, "field": field + number / 100})
+            for file in (own, other):
+                if file.exists():
+                    with dm.open(file) as ds:
+                        assert ds.critical_stretch.shape == whole.outcome.shape
+                        ds.time_to_failure.sum().item()
+        return number
+
+    with ThreadPoolExecutor(8) as threads:
+        assert list(threads.map(work, range(8))) == list(range(8))
+    for number in range(8):
+        expected = dm.sweep(dm.RampHold(), **{**CUBE, "field": field + number / 100})
+        xr.testing.assert_identical(xr.load_dataset(tmp_path / f"{number}.nc"), expected)
+    assert len(os.listdir(tmp_path)) == 8

@@ -1,6 +1,7 @@
 """Files: replaced whole or not at all, and known again."""
 
 import os
+import pickle
 import subprocess
 import sys
 import tempfile
@@ -86,6 +87,73 @@ def test_a_link_is_followed(tmp_path):
         temporary.write_text("new")
     assert link.is_symlink()
     assert target.read_text() == "new"
+
+
+OUTPUTS = {
+    "a pipe": (os.mkfifo, OSError, "it is a device, a pipe or a socket, not a file"),
+    "a folder": (os.mkdir, IsADirectoryError, "it is a folder"),
+    "a link to a pipe": (
+        lambda path: (os.mkfifo(f"{path}.pipe"), os.symlink(f"{path}.pipe", path)),
+        OSError,
+        "it is a device, a pipe or a socket, not a file",
+    ),
+    "a link to a folder": (lambda path: os.symlink(path.parent, path), IsADirectoryError, "it is a folder"),
+    "a link to itself": (lambda path: os.symlink(path, path), OSError, "Too many levels of symbolic links"),
+    "a loop of links": (
+        lambda path: (os.symlink(path, f"{path}.back"), os.symlink(f"{path}.back", path)),
+        OSError,
+        "Too many levels of symbolic links",
+    ),
+    "a link to nowhere": (lambda path: os.symlink("absent/x", path), FileNotFoundError, "there is no folder"),
+    "read-only": (lambda path: (path.write_text("old"), path.chmod(0o444)), PermissionError, "it is read-only"),
+}
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_what_cannot_be_replaced_is_refused_and_stays(ds, name, tmp_path):
+    make, error, words = OUTPUTS[name]
+    path = tmp_path / "map.nc"
+    make(path)
+    before = {place.name: place.lstat() for place in tmp_path.iterdir()}
+    for write in (check_writable, lambda path: write_dataset(ds, path)):
+        with pytest.raises(error, match=f"cannot write {path}: {words}") as caught:
+            write(path)
+        assert "\n" not in str(caught.value)
+    after = {place.name: place.lstat() for place in tmp_path.iterdir()}
+    assert [(name, s.st_ino, s.st_mode) for name, s in after.items()] == [
+        (name, s.st_ino, s.st_mode) for name, s in before.items()
+    ]
+
+
+def test_what_this_user_may_not_write_is_refused(tmp_path, monkeypatch):
+    path = tmp_path / "map.nc"
+    path.write_text("old")
+    monkeypatch.setattr(os, "access", lambda place, mode: not (place == path and mode == os.W_OK))
+    with pytest.raises(PermissionError, match=f"cannot write {path}: it is read-only"):
+        check_writable(path)
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
+def test_the_mode_of_a_replaced_file_is_kept(ds, tmp_path, mode):
+    path = tmp_path / "map.nc"
+    path.write_text("old")
+    path.chmod(mode)
+    write_dataset(ds, path)
+    assert path.stat().st_mode & 0o7777 == mode
+    xr.testing.assert_identical(xr.load_dataset(path), ds)
+
+
+def test_a_link_to_a_new_file_makes_it(ds, tmp_path):
+    (tmp_path / "link.nc").symlink_to("new.nc")
+    write_dataset(ds, tmp_path / "link.nc")
+    assert (tmp_path / "link.nc").is_symlink()
+    xr.testing.assert_identical(xr.load_dataset(tmp_path / "new.nc"), ds)
+
+
+def test_an_opened_map_is_pickled(ds, tmp_path):
+    write_dataset(ds, tmp_path / "map.nc")
+    with open_map(tmp_path / "map.nc") as opened, pickle.loads(pickle.dumps(opened)) as copy:
+        xr.testing.assert_identical(copy, ds)
 
 
 FULL_DISK = """
