@@ -34,7 +34,7 @@ ANSWER = 5.0
 ARRIVAL = 8.0
 # Seconds that a finished part, of some 20 MB, may take to arrive.
 TRANSFER = 60.0
-CODE = f"dea_maps {version_of('dea-maps')} with the kernels {KERNELS}"
+CODE = f"dea_maps {__version__} with the kernels {KERNELS}"
 """What computes in this process."""
 
 
