@@ -110,7 +110,7 @@ def check_dask(scheduler: str | None) -> None:
         If not.
     """
     try:
-        from distributed.comm import get_address_host_port
+        import distributed.comm.addressing
     except ImportError:
         raise ValueError("engine 'dask' needs Dask, which comes with: pip install 'dea-maps[distributed]'") from None
     if scheduler is None:
@@ -119,7 +119,7 @@ def check_dask(scheduler: str | None) -> None:
     if not isinstance(scheduler, str):
         raise TypeError(refusal)
     try:
-        host, port = get_address_host_port(scheduler)
+        host, port = distributed.comm.addressing.get_address_host_port(scheduler)
     except ValueError:
         raise ValueError(refusal) from None
     if not host or host.split() != [host] or not 0 < port < 2**16:
@@ -212,7 +212,7 @@ class Dask:
 
     def _knock(self, scheduler: str) -> None:
         """Check that something at the address speaks as Dask does: a client would wait for it without end."""
-        from distributed.comm import connect
+        from distributed.comm.core import connect
 
         async def knock() -> None:
             comm = await asyncio.wait_for(connect(scheduler, timeout=ANSWER), ANSWER)

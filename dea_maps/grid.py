@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from .nomenclature import cf_attributes
 from .parameters import ParameterLike, as_data_array, brief
 from .programs import PROGRAMS, Program
 
@@ -71,7 +72,7 @@ def make_grid(
     ValueError
         If a parameter is missing, not taken by the program or refused by
         `dea_maps.parameters.as_data_array`; if parameters that share a dimension differ in its length or its
-        coordinate.
+        coordinate; if a coordinate has attributes that a file would not give back.
     MemoryError
         If there are more cells than an array can index.
 
@@ -148,6 +149,11 @@ def _common_coordinates(arrays: dict[str, xr.DataArray]) -> dict[str, xr.Variabl
     for name, variable in further.items():
         if name not in conflicting:
             coords[name] = _described(name, variable)
+    for name, variable in coords.items():
+        if not (name in arrays and variable.attrs == cf_attributes(name) and set(variable.dims) <= {name}):
+            from .storable import check_storable
+
+            check_storable(name, variable)
     return coords
 
 

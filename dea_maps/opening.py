@@ -129,7 +129,8 @@ def _check(ds: xr.Dataset) -> None:
     if len(accuracy) != 1 or not accuracy[0] > 0.0:
         raise ValueError("it does not say how accurate it is")
     for name in (*PROGRAMS[ds.attrs["program"]].parameters, "modulus_ratio"):
-        _check_described(ds[name], name, ("float64",))
+        if ds[name].dtype != np.float64 or ds[name].attrs.get("units") != "1":  # its long_name may be the user's own
+            raise ValueError(f"{name} is of type {ds[name].dtype} with units {brief(ds[name].attrs.get('units'))}")
         check_values(name, np.asarray(ds[name].values))
     maps = {name: ds[name] for name in (*VARIABLES, *BREAKDOWN) if name in ds}
     dims = next(iter(maps.values())).dims

@@ -123,7 +123,7 @@ def test_a_worker_without_the_package_is_named(cluster, tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-OTHER = r"a Dask worker has dea_maps 0\.0\.1 with the kernels 0123456789abcdef, this process dea_maps .* with the kernels"
+OTHER = r"a Dask worker has dea_maps 0\.0\.1 with the kernels 0123456789abcdef, this process dea_maps .* with the "
 
 
 @pytest.mark.parametrize("when", ["before", "later"])
@@ -225,7 +225,7 @@ def test_a_malformed_address_is_refused(address, tmp_path, monkeypatch):
     monkeypatch.setattr(engines, "solve", None)
     with pytest.raises(ValueError, match=f"scheduler must be the address of a Dask scheduler, .*; got {address!r}"):
         sweep_on(address, tmp_path / "map.nc")
-    with pytest.raises(TypeError, match="scheduler must be the address of a Dask scheduler, .*; got 3"):
+    with pytest.raises(TypeError, match=r"scheduler must be the address of a Dask scheduler, .*; got 3"):
         sweep_on(3, tmp_path / "map.nc")
 
 

@@ -3,6 +3,7 @@
 import os
 import shutil
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -252,13 +253,14 @@ def test_bad_arguments_are_refused_before_solving(arguments, error, message, mon
     assert os.listdir(tmp_path) == []
 
 
-OWN_FOLDER = {
+MARK = "parts-of-dea_maps"
+OF_ANOTHER = {
     "notes": lambda folder, _: (folder / "notes.txt").write_text("mine"),
     "a part of another hand": lambda folder, _: (folder / "000001.npz").write_text("mine"),
-    "notes among parts": lambda folder, _: [(folder / name).write_text("mine") for name in ("parts-of-dea_maps", "notes.txt")],
-    "a folder for a part": lambda folder, _: ((folder / "parts-of-dea_maps").touch(), (folder / "000001.npz").mkdir()),
+    "notes among parts": lambda folder, _: [(folder / name).write_text("mine") for name in (MARK, "notes.txt")],
+    "a folder for a part": lambda folder, _: ((folder / MARK).touch(), (folder / "000001.npz").mkdir()),
     "a link for a part": lambda folder, other: (
-        (folder / "parts-of-dea_maps").touch(),
+        (folder / MARK).touch(),
         (folder / "000001.npz").symlink_to(other / "mine"),
     ),
     "a link for the lock": lambda folder, other: (folder / "lock").symlink_to(other / "mine"),
@@ -276,13 +278,13 @@ def tree(folder):
 
 
 @pytest.mark.parametrize("fresh", [False, True])
-@pytest.mark.parametrize("name", OWN_FOLDER)
+@pytest.mark.parametrize("name", OF_ANOTHER)
 def test_a_folder_of_another_is_refused_and_stays(name, fresh, path, monkeypatch):
     folder, other = path.with_name("map.nc.parts"), path.with_name("other")
     folder.mkdir()
     other.mkdir()
     (other / "mine").write_text("mine")
-    OWN_FOLDER[name](folder, other)
+    OF_ANOTHER[name](folder, other)
     before = tree(path.parent)
     monkeypatch.setattr(engines, "solve", None)
     with pytest.raises(OSError, match=rf"cannot write {path}: {folder}, the place of its parts, holds '") as caught:
@@ -327,9 +329,10 @@ def test_too_little_room_is_said_before_computing(interrupted, path, whole, monk
     asked = []
 
     def disk_usage(free):
-        return lambda folder: (asked.append(folder), shutil._ntuple_diskusage(10**12, 10**12 - free, free))[1]
+        return lambda folder: (asked.append(folder), SimpleNamespace(free=free))[1]
 
-    with monkeypatch.context() as patch, pytest.raises(OSError, match=rf"cannot write {path}: the map and its parts need"):
+    refusal = rf"cannot write {path}: the map and its parts need at least .* MiB, and .* MiB are free in {path.parent}"
+    with monkeypatch.context() as patch, pytest.raises(OSError, match=refusal):
         patch.setattr(engines, "solve", None)
         patch.setattr(shutil, "disk_usage", disk_usage(needed - 1))
         write(path)

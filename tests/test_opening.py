@@ -52,6 +52,91 @@ def test_what_was_written_is_opened(path, ratio, stored):
         xr.testing.assert_identical(ds, xr.load_dataset(path))
 
 
+ATTRIBUTES = {
+    "long_name": "what we set",
+    "standard_name": "our_field",
+    "note": "of the \N{MICRO SIGN}m film",
+    "numbers": [1.0, 2.5],
+    "words": ["thick", "thin"],
+    "valid_max": 1.0,
+    "nothing": "",
+    "count": np.int16(3),
+    "unknown": np.nan,
+}
+
+
+@pytest.mark.parametrize("disk", [False, True])
+def test_maps_with_the_users_attributes_are_opened(path, disk):
+    """Attributes of parameters, and of coordinates that came with them, come back as they were given."""
+    label = xr.Variable("field", ["a", "b", "c"], {"long_name": "label", "order": 3})
+    field = xr.DataArray([0.9, 1.2, 3.0], dims="field", coords={"label": label}, attrs=ATTRIBUTES)
+    given = {"field": field, "modulus_ratio": xr.DataArray(4.0, attrs={"long_name": "stiffening"})}
+    whole = dm.sweep(dm.Step(), **given)
+    dm.sweep_to_netcdf(path, dm.Step(), **given) if disk else whole.to_netcdf(path)
+    with dm.open(path) as ds:
+        xr.testing.assert_identical(ds.load(), whole)
+        for name, value in ATTRIBUTES.items():
+            np.testing.assert_array_equal(ds.field.attrs[name], value)
+        assert ds.modulus_ratio.attrs["long_name"] == "stiffening"
+
+
+REFUSED = {
+    "scale_factor": 0.1,
+    "add_offset": 1.0,
+    "missing_value": 0.9,
+    "_FillValue": 1.2,
+    "dtype": "bool",
+    "coordinates": "label",
+    "nothing": None,
+    "table": {"a": 1},
+    "truth": True,
+    "large": 2**70,
+    "square": np.ones((2, 2)),
+    "complex": 1j,
+    "ends": "early\0",
+    "a/b": 1,
+    "NAME": "field",
+    "CLASS": "DIMENSION_SCALE",
+    "_NCProperties": "mine",
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+@pytest.mark.parametrize("place", ["field", "label"])
+def test_attributes_that_no_file_gives_back_are_refused(name, place, path, monkeypatch):
+    attrs = {"note": "kept", name: REFUSED[name]}
+    label = xr.Variable("field", [3.0, 4.0], attrs if place == "label" else {})
+    field = xr.DataArray(
+        [0.9, 1.2], dims="field", coords={"label": label}, attrs=attrs if place == "field" else {"note": "kept"}
+    )
+    monkeypatch.setattr("dea_maps.sweeping.solve", None)
+    for call in (dm.sweep, lambda *args, **given: dm.sweep_to_netcdf(path, *args, **given)):
+        with pytest.raises(ValueError, match=f"^{place} has the attribute '{name}' = .*: leave it out$") as caught:
+            call(dm.Step(), field=field, modulus_ratio=4.0)
+        assert "\n" not in str(caught.value)
+    assert not path.exists()
+
+
+def test_units_that_turn_numbers_into_dates_are_refused(path):
+    day = xr.Variable("field", [3.0, 4.0], {"units": "days since 2000-01-01"})
+    field = xr.DataArray([0.9, 1.2], dims="field", coords={"day": day})
+    with pytest.raises(ValueError, match="day has the attribute 'units' = 'days since 2000-01-01'"):
+        dm.sweep(dm.Step(), field=field, modulus_ratio=4.0)
+    dates = day.copy(data=np.array(["2000-01-04", "2000-01-05"], "datetime64[ns]"))
+    dates.attrs = {}
+    given = {"field": field.assign_coords(day=dates), "modulus_ratio": 4.0}
+    dm.sweep_to_netcdf(path, dm.Step(), **given)
+    with dm.open(path) as ds:
+        xr.testing.assert_identical(ds.load(), dm.sweep(dm.Step(), **given))
+
+
+@pytest.mark.parametrize("bad", ["a/b", "of film"])
+def test_names_that_no_file_gives_back_are_refused(bad):
+    field = xr.DataArray([0.9, 1.2], dims="film", coords={bad: ("film", [1, 2])})
+    with pytest.raises(ValueError, match=f"^{bad} has a name"):
+        dm.sweep(dm.Step(), field=field, modulus_ratio=4.0)
+
+
 @pytest.mark.parametrize(("ratio", "seed"), [(4.0, 1), ([2.0, 4.0], 2)])
 def test_mutants_neither_crash_nor_pass_for_another_map(path, ratio, seed):
     dm.sweep_to_netcdf(path, dm.RampHold(), **CUBE, modulus_ratio=ratio)
