@@ -1,7 +1,10 @@
 """Configuration of the documentation; built by ``sphinx-build -W --keep-going -b html docs out/docs``."""
 
 import sys
+from importlib import import_module
 from pathlib import Path
+
+from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # the reference is made from the docstrings of this checkout
@@ -15,27 +18,48 @@ language = "en"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build"]
 
-myst_enable_extensions = ["amsmath", "deflist", "dollarmath", "smartquotes"]
+myst_enable_extensions = ["amsmath", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_typehints = "none"  # the docstrings say the types, with shapes and units
 autodoc_member_order = "bysource"
-autosummary_generate = False
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_use_ivar = True
 napoleon_preprocess_types = False
 default_role = "code"  # single backquotes in docstrings are names
 
 html_theme = "furo"
 html_title = "dea_maps"
-html_static_path: list[str] = []
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"navigation_with_keys": True}
+
+
+def _directive(module: str, name: str) -> str:
+    """Return the directive that documents a public name from its docstring; of a constant, its value."""
+    value = getattr(import_module(module), name)
+    if isinstance(value, type):
+        return f".. autoclass:: {module}.{name}"
+    if callable(value):
+        return f".. autofunction:: {module}.{name}"
+    return f".. py:data:: {module}.{name}\n   :value: {value!r}"
+
+
+def _public_names(app: Sphinx, page: str, source: list[str]) -> None:
+    """Put the documentation of all public names where a page has the place for it."""
+    for place, module in (("<!-- public names -->", "dea_maps"), ("<!-- names of charts -->", "dea_maps.charts")):
+        names = [name for name in import_module(module).__all__ if name not in {"charts", "__version__"}]
+        directives = "\n\n".join(_directive(module, name) for name in names)
+        source[0] = source[0].replace(place, f"```{{eval-rst}}\n{directives}\n```")
+
+
+def setup(app: Sphinx) -> None:
+    """Connect what this file adds to Sphinx."""
+    app.connect("source-read", _public_names)
