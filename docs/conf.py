@@ -5,6 +5,7 @@ from importlib import import_module
 from pathlib import Path
 
 from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))  # the reference is made from the docstrings of this checkout
@@ -18,9 +19,9 @@ language = "en"
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.napoleon",
     "sphinx.ext.mathjax",
     "sphinx-mathjax-offline",
+    "numpydoc",
 ]
 exclude_patterns = ["_build"]
 
@@ -28,14 +29,12 @@ myst_enable_extensions = ["amsmath", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
 autodoc_typehints = "none"  # the docstrings say the types, with shapes and units
-autodoc_member_order = "bysource"
-napoleon_google_docstring = False
-napoleon_use_rtype = False
-napoleon_use_ivar = True
-napoleon_preprocess_types = False
+numpydoc_show_class_members = False
 default_role = "code"  # single backquotes in docstrings are names
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["layout.css"]
 html_title = "dea_maps"
 html_show_sourcelink = False
 html_copy_source = False
@@ -43,13 +42,15 @@ html_theme_options = {"navigation_with_keys": True}
 
 
 def _directive(module: str, name: str) -> str:
-    """Return the directive that documents a public name from its docstring; of a constant, its value."""
+    """Return the directive that documents a public name from its docstring; of a constant, also its value."""
     value = getattr(import_module(module), name)
     if isinstance(value, type):
         return f".. autoclass:: {module}.{name}"
     if callable(value):
         return f".. autofunction:: {module}.{name}"
-    return f".. py:data:: {module}.{name}\n   :value: {value!r}"
+    homes = [ModuleAnalyzer.for_module(home) for home in (module, type(value).__module__) if home != "builtins"]
+    said = [line for home in homes for line in home.find_attr_docs().get(("", name), [])]
+    return "\n   ".join([f".. py:data:: {module}.{name}", f":value: {value!r}", "", *said])
 
 
 def _public_names(app: Sphinx, page: str, source: list[str]) -> None:

@@ -79,6 +79,16 @@ def test_scripts_are_python(page):
         compile(block, str(page), "exec")
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_equations_can_be_drawn(page):
+    """A number in an equation of several lines needs an environment that takes one; braces and environments close."""
+    text = page.read_text(encoding="utf-8")
+    for equation in re.findall(r"^ *\$\$\n(.*?)^ *\$\$$", text, re.MULTILINE | re.DOTALL):
+        assert not ("\\tag" in equation and r"\\" in equation), equation
+        assert equation.replace(r"\{", "").count("{") == equation.replace(r"\}", "").count("}"), equation
+    assert sorted(re.findall(r"\\begin\{(\w+)", text)) == sorted(re.findall(r"\\end\{(\w+)", text))
+
+
 def test_pages_are_in_a_table_of_contents():
     index = (DOCS / "index.md").read_text(encoding="utf-8")
     for page in PAGES:
