@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from xarray.indexes import PandasMultiIndex
 
 from .nomenclature import NOMENCLATURE, PARAMETERS, cf_attributes
 
@@ -164,5 +165,5 @@ def _check_coordinates(name: str, array: xr.DataArray, values: npt.NDArray[np.fl
             raise ValueError(f"{name} can have the dimension {name!r} only alone; got dimensions {array.dims}")
         if name in array.coords and not np.array_equal(array.coords[name].values, values):
             raise ValueError(f"{name} differs from its coordinate {name!r}: give the dimension another name")
-    if any(isinstance(index, xr.indexes.PandasMultiIndex) for index in array.xindexes.values()):
+    if any(isinstance(index, PandasMultiIndex) for index in array.xindexes.values()):
         raise ValueError(f"{name} has a multi-index, which no file can hold: call its reset_index first")
