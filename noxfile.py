@@ -51,7 +51,7 @@ def lowest(session: nox.Session) -> None:
     pinned = Path(session.create_tmp(), "lowest.txt")
     pinned.write_text("".join(f"{requirement.replace('>=', '==')}\n" for requirement in required))
     session.install("-e", ".[test]", "-c", str(pinned))
-    session.run("pytest", "-W", "default", *session.posargs)  # old releases warn of newer ones, by no fault of the tests
+    session.run("pytest", "-W", "default", *session.posargs)  # old releases warn, by no fault of the tests
 
 
 @nox.session

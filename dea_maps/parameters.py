@@ -114,14 +114,11 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray
     >>> as_data_array("field", [1, 2]).dims
     ('field',)
     """
-    if isinstance(value, xr.DataArray | xr.Variable):
-        named = xr.DataArray(value)
-        raw = named.values
-    else:
-        raw = _as_array(name, value)
-        named = xr.DataArray(raw, dims=(name,) * raw.ndim)
+    labelled = isinstance(value, xr.DataArray | xr.Variable)
+    raw = value.values if labelled else _as_array(name, value)
     if raw.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
+    named = xr.DataArray(value) if labelled else xr.DataArray(raw, dims=(name,) * raw.ndim)
     values = np.array(raw, dtype=np.float64)
     check_values(name, values)
     _check_coordinates(name, named, values)
