@@ -114,11 +114,11 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray
     >>> as_data_array("field", [1, 2]).dims
     ('field',)
     """
-    labelled = isinstance(value, xr.DataArray | xr.Variable)
-    raw = value.values if labelled else _as_array(name, value)
+    given = value if isinstance(value, xr.DataArray | xr.Variable) else _as_array(name, value)
+    raw = given if isinstance(given, np.ndarray) else given.values
     if raw.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
-    named = xr.DataArray(value) if labelled else xr.DataArray(raw, dims=(name,) * raw.ndim)
+    named = xr.DataArray(raw, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     values = np.array(raw, dtype=np.float64)
     check_values(name, values)
     _check_coordinates(name, named, values)
