@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from xarray.indexes import PandasMultiIndex
 
 from .nomenclature import NOMENCLATURE, PARAMETERS, cf_attributes
 
@@ -113,14 +114,11 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray
     >>> as_data_array("field", [1, 2]).dims
     ('field',)
     """
-    if isinstance(value, xr.DataArray | xr.Variable):
-        named = xr.DataArray(value)
-        raw = named.values
-    else:
-        raw = _as_array(name, value)
-        named = xr.DataArray(raw, dims=(name,) * raw.ndim)
+    given = value if isinstance(value, xr.DataArray | xr.Variable) else _as_array(name, value)
+    raw = given if isinstance(given, np.ndarray) else given.values
     if raw.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
+    named = xr.DataArray(raw, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     values = np.array(raw, dtype=np.float64)
     check_values(name, values)
     _check_coordinates(name, named, values)
@@ -164,5 +162,5 @@ def _check_coordinates(name: str, array: xr.DataArray, values: npt.NDArray[np.fl
             raise ValueError(f"{name} can have the dimension {name!r} only alone; got dimensions {array.dims}")
         if name in array.coords and not np.array_equal(array.coords[name].values, values):
             raise ValueError(f"{name} differs from its coordinate {name!r}: give the dimension another name")
-    if any(isinstance(index, xr.indexes.PandasMultiIndex) for index in array.xindexes.values()):
+    if any(isinstance(index, PandasMultiIndex) for index in array.xindexes.values()):
         raise ValueError(f"{name} has a multi-index, which no file can hold: call its reset_index first")
