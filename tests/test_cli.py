@@ -142,6 +142,7 @@ def test_design_prints_a_table_and_draws_it(folder, capsys):
 
 def test_explore_makes_a_page(made, capsys):
     pytest.importorskip("bokeh")
+    dm.trajectory(dm.Step(), time=0.0, field=1.2, modulus_ratio=4.0)  # compiles, if need be, which would be said
     assert main(["explore", "map.nc", "-o", "page.html"]) == 0
     assert capsys.readouterr() == ("", "")
     assert (made / "page.html").read_text().lstrip().startswith("<!DOCTYPE html>")
