@@ -48,49 +48,49 @@ __all__ = [
 
 if TYPE_CHECKING:
     from . import charts
-    from .catalogue import methods
-    from .designing import design, read_design
-    from .disk import sweep_to_netcdf
-    from .explorer import explore
-    from .first_limit import breakdown
-    from .fitting import fit_uniaxial
-    from .general import general_trajectory
-    from .inverse import allowable_field, allowable_rate, reachable_stretch
-    from .load_history import LoadHistory
-    from .material import VHB, Material
-    from .material_table import read_material
-    from .opening import open
+    from .explorer.export import explore
+    from .files.to_netcdf import sweep_to_netcdf
+    from .files.verify import open
+    from .general.load_history import LoadHistory
+    from .general.run import general_trajectory
+    from .limits.breakdown import breakdown
+    from .limits.inverse import allowable_field, allowable_rate, reachable_stretch
+    from .limits.voltages import design, read_design
+    from .materials.fit import fit_uniaxial
+    from .materials.material import VHB, Material
+    from .materials.si_units import physical
+    from .materials.toml import read_material
     from .plausibility import ImplausibleWarning
     from .programs import Ramp, RampHold, Step
-    from .si_units import physical
-    from .sweeping import sweep
-    from .trajectories import trajectory
+    from .sweeps.methods import methods
+    from .sweeps.run import sweep
+    from .sweeps.trajectories import trajectory
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
         "ImplausibleWarning": "plausibility",
-        "LoadHistory": "load_history",
-        "Material": "material",
+        "LoadHistory": "general.load_history",
+        "Material": "materials.material",
         "Ramp": "programs",
         "RampHold": "programs",
         "Step": "programs",
-        "VHB": "material",
-        "allowable_field": "inverse",
-        "allowable_rate": "inverse",
-        "breakdown": "first_limit",
-        "design": "designing",
-        "explore": "explorer",
-        "fit_uniaxial": "fitting",
-        "general_trajectory": "general",
-        "methods": "catalogue",
-        "open": "opening",
-        "physical": "si_units",
-        "reachable_stretch": "inverse",
-        "read_design": "designing",
-        "read_material": "material_table",
-        "sweep": "sweeping",
-        "sweep_to_netcdf": "disk",
-        "trajectory": "trajectories",
+        "VHB": "materials.material",
+        "allowable_field": "limits.inverse",
+        "allowable_rate": "limits.inverse",
+        "breakdown": "limits.breakdown",
+        "design": "limits.voltages",
+        "explore": "explorer.export",
+        "fit_uniaxial": "materials.fit",
+        "general_trajectory": "general.run",
+        "methods": "sweeps.methods",
+        "open": "files.verify",
+        "physical": "materials.si_units",
+        "reachable_stretch": "limits.inverse",
+        "read_design": "limits.voltages",
+        "read_material": "materials.toml",
+        "sweep": "sweeps.run",
+        "sweep_to_netcdf": "files.to_netcdf",
+        "trajectory": "sweeps.trajectories",
     }
 
     def __getattr__(name: str) -> object:

@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .material import Material
-
 
 class ImplausibleWarning(UserWarning):
     """A value is allowed, but so far from those of real films that its unit is most likely another one."""
@@ -64,33 +62,6 @@ PLAUSIBLE: Mapping[str, Range] = MappingProxyType(
     }
 )
 """What values of real films are, the one place for these limits."""
-
-
-def warn_film(material: Material, thickness: npt.ArrayLike) -> None:
-    """Warn of what is implausible in a material, and in the thickness of films of it.
-
-    Warns
-    -----
-    ImplausibleWarning
-        One for each value.
-
-    Examples
-    --------
-    >>> from dea_maps import VHB
-    >>> with warnings.catch_warnings(record=True) as caught:
-    ...     warnings.simplefilter("always")
-    ...     warn_film(VHB, [50e-6, 100e-6])
-    >>> caught
-    []
-    """
-    warn_implausible("thickness", thickness)
-    for name in ("unrelaxed_modulus", "relaxed_modulus", "relaxation_time"):
-        warn_implausible(name, getattr(material, name))
-    if material.relative_permittivity is not None:
-        warn_implausible("relative_permittivity", material.relative_permittivity)
-    strength = material.breakdown_strength
-    if strength is not None:
-        warn_implausible("breakdown_strength", strength(np.ones(1)) if callable(strength) else strength)
 
 
 def warn_implausible(name: str, values: npt.ArrayLike, shown: str = "", scale: float = 1.0) -> None:

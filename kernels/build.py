@@ -2,18 +2,19 @@
 
 from functools import cache
 
-from . import lanes as block
-from . import quadrature, scenes
+from . import lane_state as block
+from . import solvers
 from ._jit import Kernel
-from .area_explicit import make_explicit
-from .area_implicit import RADAU5
-from .control import fixed, make_pi
-from .formulations import FORMULATIONS
-from .integrate import make_solve
+from .forms.formulations import FORMULATIONS
+from .hold import quadrature
 from .programs import PROGRAMS
+from .rising.explicit import make_explicit
+from .rising.radau import RADAU5
+from .runge_kutta.control import fixed, make_pi
+from .runge_kutta.driver import make_solve
+from .runge_kutta.tableaus import TABLEAUS
+from .runge_kutta.trajectory import make_trace
 from .sweep import LANES, in_blocks, make_sweep
-from .tableaus import TABLEAUS
-from .trace import make_trace
 
 AREA = "area"
 QUADRATURE = "quadrature"
@@ -30,10 +31,10 @@ def sweep_for(
     """
     chosen = PROGRAMS[program]
     if method == QUADRATURE:  # on the formulation "stretch"
-        return make_sweep(chosen, in_blocks(scenes.solve_step, quadrature.ROWS, lanes))
+        return make_sweep(chosen, in_blocks(solvers.solve_step, quadrature.ROWS, lanes))
     if formulation == AREA:
         stepper = RADAU5 if method == RADAU else make_explicit(TABLEAUS[method])
-        make_solve_area = scenes.make_solve_ramp if program == "ramp" else scenes.make_solve_ramp_hold
+        make_solve_area = solvers.make_solve_ramp if program == "ramp" else solvers.make_solve_ramp_hold
         return make_sweep(chosen, make_solve_area(stepper, lanes))
     tableau = TABLEAUS[method]
     control = make_pi(tableau) if adaptive and tableau.errors else fixed
@@ -43,6 +44,6 @@ def sweep_for(
 
 @cache
 def trajectory(program: str) -> Kernel:
-    """Compiled trajectories under a loading program; see `trace.make_trace`."""
+    """Compiled trajectories under a loading program; see `trajectory.make_trace`."""
     tableau = TABLEAUS["dop853"]
     return make_trace(PROGRAMS[program], tableau, make_pi(tableau))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ._jit import Kernel, device
-from .lanes import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
+from .lane_state import FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from .model import CRITICAL_U, instant_gap, relative_u
 from .programs import Program
 

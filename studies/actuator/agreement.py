@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.answers import BREAKDOWN
+from dea_maps.limits.answers import BREAKDOWN
 
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
 RATIOS = (1.5, 2.0, dm.VHB.modulus_ratio, 10.0)

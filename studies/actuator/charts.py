@@ -11,9 +11,9 @@ import xarray as xr
 from matplotlib import pyplot as plt
 
 import dea_maps as dm
-from dea_maps.answers import BREAKDOWN
-from dea_maps.fit_chart import draw_fit
-from dea_maps.fitting import UniaxialFit
+from dea_maps.charts.fit import draw_fit
+from dea_maps.limits.answers import BREAKDOWN
+from dea_maps.materials.fit import UniaxialFit
 
 DARK, ORANGE, BLUE, BROWN = "#08306b", "#d55e00", "#4292c6", "#7a3b00"
 DOTS_PER_INCH = 130

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.answers import BREAKDOWN
+from dea_maps.limits.answers import BREAKDOWN
 
 STRAIN, READY, HOLD = 0.20, 600.0, 3600.0  # the area strain asked for, when it must be there, until when held, in s
 ERROR = 0.05

@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.material_table import material_of
-from dea_maps.spec import read_specification, thinned
-from dea_maps.tension_curves import as_curves
-from dea_maps.uniaxial import uniaxial_stress
+from dea_maps.cli.specification import read_specification, thinned
+from dea_maps.materials.tension_data import as_curves
+from dea_maps.materials.toml import material_of
+from dea_maps.materials.uniaxial import uniaxial_stress
 
 HERE = Path(__file__).resolve().parent
 FREE, GROWING, CONSTANT = "no breakdown", "growing strength", "constant strength"

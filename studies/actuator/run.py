@@ -19,10 +19,10 @@ import numpy as np
 import tables
 
 import dea_maps as dm
-from dea_maps.machine import describe_machine
-from dea_maps.tension_curves import read_curves
+from dea_maps.materials.tension_data import read_curves
 
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.answers import BREAKDOWN, LIMITS
-from dea_maps.designing import time_in_words
+from dea_maps.limits.answers import BREAKDOWN, LIMITS
+from dea_maps.limits.voltages import time_in_words
 
 HOLDS = np.array([1.0, 10.0, 60.0, 600.0, 3600.0, 86400.0, 604800.0, np.inf])
 MARGINS = (0.01, 0.02, 0.05, 0.10, 0.20)

@@ -21,9 +21,8 @@ import numpy as np
 import xarray as xr
 from matplotlib import pyplot as plt
 
-from dea_maps.machine import describe_machine
-
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 HERE = Path(__file__).resolve().parent

@@ -10,9 +10,9 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import dea_maps as dm
-from dea_maps.free_energy import CRITICAL_FIELD, State, equations_of_state
-from dea_maps.general_path import TIME
-from dea_maps.general_run import Loads, live
+from dea_maps.general.film import Loads, live
+from dea_maps.general.free_energy import CRITICAL_FIELD, State, equations_of_state
+from dea_maps.general.integrate import TIME
 
 RATIO = 4.0
 SCENES: dict[str, dict[str, float]] = {

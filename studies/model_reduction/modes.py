@@ -13,7 +13,7 @@ import numpy.typing as npt
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.free_energy import State, det_hessian, hessian
+from dea_maps.general.free_energy import State, det_hessian, hessian
 
 Array = npt.NDArray[np.float64]
 RATIO = 4.0

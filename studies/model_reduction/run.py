@@ -15,9 +15,8 @@ import modes
 import numpy as np
 import xarray as xr
 
-from dea_maps.machine import describe_machine
-
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]

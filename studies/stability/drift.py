@@ -10,13 +10,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import dea_maps as dm
-from dea_maps.kernels import lanes, model
-from dea_maps.kernels.control import make_pi
-from dea_maps.kernels.formulations import FORMULATIONS, SECOND, THIRD
-from dea_maps.kernels.integrate import make_begin
+from dea_maps.kernels import lane_state, model
+from dea_maps.kernels.forms.formulations import FORMULATIONS, SECOND, THIRD
 from dea_maps.kernels.programs import PROGRAMS
-from dea_maps.kernels.stepping import make_attempt, make_error
-from dea_maps.kernels.tableaus import TABLEAUS
+from dea_maps.kernels.runge_kutta.control import make_pi
+from dea_maps.kernels.runge_kutta.driver import make_begin
+from dea_maps.kernels.runge_kutta.step import make_attempt, make_error
+from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 MODULUS_RATIO = 4.0
 FIELDS = (0.95, 1.0 + 1e-4)
@@ -31,23 +31,24 @@ def states(method: str, formulation: str, field: float, latest: float) -> Iterat
     tableau, form = TABLEAUS[method], FORMULATIONS[formulation]
     attempt, error = make_attempt(tableau, form.derivative), make_error(tableau)
     control = make_pi(tableau) if tableau.errors else None
-    last = lanes.SLOPES + lanes.STATES * tableau.stages
-    w = np.zeros((lanes.rows(tableau.stages), 1))
-    w[lanes.EXCESS] = MODULUS_RATIO - 1.0
+    last = lane_state.SLOPES + lane_state.STATES * tableau.stages
+    w = np.zeros((lane_state.rows(tableau.stages), 1))
+    w[lane_state.EXCESS] = MODULUS_RATIO - 1.0
     make_begin(PROGRAMS["step"], form)(w, 0, 0, field, 0.0, 0.0 if control else STEPS[formulation])
-    while form.distance(w, 0, lanes.STATE) > 0.0:
-        time = w[lanes.STATE + lanes.TIME, 0]
-        yield time, w[lanes.STATE + SECOND, 0], w[lanes.STATE + THIRD, 0]
+    while form.distance(w, 0, lane_state.STATE) > 0.0:
+        time = w[lane_state.STATE + lane_state.TIME, 0]
+        yield time, w[lane_state.STATE + SECOND, 0], w[lane_state.STATE + THIRD, 0]
         if time > latest:
             return
-        w[lanes.TRIAL] = w[lanes.STEP]
+        w[lane_state.TRIAL] = w[lane_state.STEP]
         attempt(w)
         error(w, form.share * RTOL)
         if control:
-            control(w, 0, w[lanes.TRIAL, 0])
-        if w[lanes.ERROR, 0] <= 1.0:
-            w[lanes.STATE : lanes.STATE + lanes.STATES] = w[lanes.NEW : lanes.NEW + lanes.STATES]
-            w[lanes.SLOPES : lanes.SLOPES + lanes.STATES] = w[last : last + lanes.STATES]
+            control(w, 0, w[lane_state.TRIAL, 0])
+        if w[lane_state.ERROR, 0] <= 1.0:
+            states = slice(lane_state.STATE, lane_state.STATE + lane_state.STATES)
+            w[states] = w[lane_state.NEW : lane_state.NEW + lane_state.STATES]
+            w[lane_state.SLOPES : lane_state.SLOPES + lane_state.STATES] = w[last : last + lane_state.STATES]
 
 
 def residual(method: str, formulation: str, field: float, times: NDArray[np.float64]) -> tuple[NDArray, float]:

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scenes import PROGRAMS, Scene
 
 import dea_maps as dm
-from dea_maps.kernels import lanes, model
-from dea_maps.kernels.formulations import FORMULATIONS
-from dea_maps.kernels.tableaus import Tableau
+from dea_maps.kernels import lane_state, model
+from dea_maps.kernels.forms.formulations import FORMULATIONS
+from dea_maps.kernels.runge_kutta.tableaus import Tableau
 
 COMPLEX_STEP = 1e-30
 # The fold's law: a step of length h that ends at the instability may cost the stretch a share of c sqrt(h). It is drawn
@@ -54,14 +54,14 @@ def life(scene: Scene, program: str, value: float) -> Path:
 
 def block(path: Path, formulation: str) -> NDArray[np.complex128]:
     """Lanes of a kernel, one an instant, with the states of a formulation and the load."""
-    w = np.zeros((lanes.SLOPES + lanes.STATES, path.time.size), np.complex128)
+    w = np.zeros((lane_state.SLOPES + lane_state.STATES, path.time.size), np.complex128)
     regular = formulation == "fold"
-    w[lanes.STATE] = path.time
-    w[lanes.STATE + 1] = path.stretch**-2 if regular else path.stretch
-    w[lanes.STATE + 2] = path.internal**2 if regular else path.internal
-    w[lanes.EXCESS] = path.excess
-    w[lanes.FIELD] = path.field
-    w[lanes.SLOPE] = path.rate
+    w[lane_state.STATE] = path.time
+    w[lane_state.STATE + 1] = path.stretch**-2 if regular else path.stretch
+    w[lane_state.STATE + 2] = path.internal**2 if regular else path.internal
+    w[lane_state.EXCESS] = path.excess
+    w[lane_state.FIELD] = path.field
+    w[lane_state.SLOPE] = path.rate
     return w
 
 
@@ -70,11 +70,11 @@ def jacobians(path: Path, formulation: str) -> NDArray[np.float64]:
     derivative = FORMULATIONS[formulation].derivative
     everywhere = slice(None)
     columns = []
-    for state in range(lanes.STATES):
+    for state in range(lane_state.STATES):
         w = block(path, formulation)
-        w[lanes.STATE + state] += 1j * COMPLEX_STEP
-        derivative(w, everywhere, lanes.STATE, lanes.SLOPES)
-        columns.append(w[lanes.SLOPES : lanes.SLOPES + lanes.STATES].imag / COMPLEX_STEP)
+        w[lane_state.STATE + state] += 1j * COMPLEX_STEP
+        derivative(w, everywhere, lane_state.STATE, lane_state.SLOPES)
+        columns.append(w[lane_state.SLOPES : lane_state.SLOPES + lane_state.STATES].imag / COMPLEX_STEP)
     return np.transpose(np.array(columns), (2, 1, 0))
 
 

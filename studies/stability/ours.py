@@ -18,16 +18,16 @@ from verdicts import (
 )
 
 import dea_maps as dm
-from dea_maps.kernels import lanes
+from dea_maps.kernels import lane_state
 from dea_maps.kernels.build import sweep_for
-from dea_maps.kernels.tableaus import TABLEAUS
+from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 # Attempted steps of a cell.
 BUDGET = 50_000
 STATUS = {
-    lanes.BUDGET_SPENT: BUDGET_SPENT,
-    lanes.STEP_COLLAPSED: STEP_COLLAPSED,
-    lanes.NOT_FINITE: NOT_FINITE,
+    lane_state.BUDGET_SPENT: BUDGET_SPENT,
+    lane_state.STEP_COLLAPSED: STEP_COLLAPSED,
+    lane_state.NOT_FINITE: NOT_FINITE,
 }
 
 
@@ -81,7 +81,7 @@ def run(kernel, cells: Cells, tolerance: float, step: float, budget: int) -> tup
 def verdicts(status: NDArray, found: NDArray, cells: Cells, allowed: float) -> NDArray[np.int8]:
     """Verdict on every cell from its status and results."""
     verdict = np.array([STATUS.get(int(code), NOT_SERVED) for code in status], np.int8)
-    answered = status == lanes.FAILED
+    answered = status == lane_state.FAILED
     verdict[answered] = of_answers(found[:, answered], cells.truth[:, answered], np.array(allowed))
     return verdict
 

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 from scenes import SCENES, Scene
 from verdicts import NOT_SERVED, WORDS
 
-from dea_maps.kernels.tableaus import TABLEAUS
-from dea_maps.machine import describe_machine
+from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]

@@ -14,14 +14,15 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from dea_maps.catalogue import choose
-from dea_maps.kernels import quadrature, scenes
-from dea_maps.kernels.area import slope
-from dea_maps.kernels.area_explicit import make_explicit
+from dea_maps.kernels import solvers
 from dea_maps.kernels.build import sweep_for
-from dea_maps.kernels.lanes import RUNNING
+from dea_maps.kernels.forms.area_strain import slope
+from dea_maps.kernels.hold import quadrature
+from dea_maps.kernels.lane_state import RUNNING
+from dea_maps.kernels.rising.explicit import make_explicit
+from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 from dea_maps.kernels.sweep import LANES, RESULTS, in_blocks
-from dea_maps.kernels.tableaus import TABLEAUS
+from dea_maps.sweeps.methods import choose
 
 REPEATS = 5
 STAGES = TABLEAUS["dop853"].stages
@@ -114,9 +115,9 @@ def evaluations_per_trajectory(program: str, cells: int, rtol: float) -> float:
         if program == "step":
             quadrature._integrate_nodes = integrate_nodes
             try:
-                in_blocks(scenes.solve_step, quadrature.ROWS, 1)(*columns, rtol, 0.0, 1, status, result)
+                in_blocks(solvers.solve_step, quadrature.ROWS, 1)(*columns, rtol, 0.0, 1, status, result)
             finally:
                 quadrature._integrate_nodes = add_nodes
         else:
-            scenes.make_solve_ramp(method._replace(attempt=attempt), 1)(*columns, rtol, 0.0, 1, status, result)
+            solvers.make_solve_ramp(method._replace(attempt=attempt), 1)(*columns, rtol, 0.0, 1, status, result)
     return count / size

@@ -13,9 +13,8 @@ import charts
 import measure
 import xarray as xr
 
-from dea_maps.machine import describe_machine
-
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 QUICK_RTOLS = (1e-3, 1e-6, 1e-12)

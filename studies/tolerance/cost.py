@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from table import INPUTS
 
 import dea_maps as dm
-from dea_maps.catalogue import choose
 from dea_maps.kernels.build import sweep_for
+from dea_maps.sweeps.methods import choose
 
 RTOLS = (1e-3, 1e-6, 1e-9, 1e-12)
 CELLS = 768  # a multiple of the lanes of a block

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 import dea_maps as dm
-from dea_maps.kernels import lanes
+from dea_maps.kernels import lane_state
 from dea_maps.kernels.build import sweep_for
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "reference"))
@@ -66,7 +66,7 @@ def answers(
     columns = [given.get(name, np.zeros(count)) for name in ("field", "rate", "modulus_ratio")]
     status, result = np.empty(count, np.int8), np.empty((5, count))
     sweep_for(program, formulation, method)(*columns, rtol, 0.0, ATTEMPTS, status, result)
-    words = {lanes.SURVIVES: 0, lanes.FAILED: 1, lanes.FAILS_AT_ONCE: 2}
+    words = {lane_state.SURVIVES: 0, lane_state.FAILED: 1, lane_state.FAILS_AT_ONCE: 2}
     outcome = np.array([words.get(int(code), 3) for code in status])
     return outcome, result[[0, 1, 3]], result[4]
 

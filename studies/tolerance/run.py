@@ -16,9 +16,8 @@ import numpy as np
 import scatter
 import xarray as xr
 
-from dea_maps.machine import describe_machine
-
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 DECADES = range(3, 13)

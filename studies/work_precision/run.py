@@ -18,9 +18,8 @@ import xarray as xr
 from scenes import SCENES, SIZES
 from truth import against_reference, doubt
 
-from dea_maps.machine import describe_machine
-
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.machine import describe_machine
 from common.options import study_parser
 
 LIBRARIES = ("dea_maps", "numba", "numpy", "scipy", "heyoka", "CyRK", "diffrax", "jax")

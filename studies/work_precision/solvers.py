@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scenes import Cases
 
 import dea_maps as dm
-from dea_maps.catalogue import choose
-from dea_maps.kernels import lanes
+from dea_maps.kernels import lane_state
 from dea_maps.kernels.build import sweep_for
+from dea_maps.sweeps.methods import choose
 
 PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
 RTOLS = tuple(float(f"1e-{decade}") for decade in range(3, 13))
@@ -60,7 +60,7 @@ def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases,
             kernel(*cases, picked.rtol or 0.0, picked.step or 0.0, ATTEMPTS, status, result)
 
         def read() -> Answer:
-            failed = status == lanes.FAILED
+            failed = status == lane_state.FAILED
             return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
 
         return go, read

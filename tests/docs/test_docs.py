@@ -10,7 +10,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from dea_maps.cli import main
+from dea_maps.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

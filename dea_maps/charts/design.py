@@ -1,0 +1,163 @@
+"""Allowable voltage against holding time, for films of several thicknesses or materials."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
+
+from ..printable import chart_text
+from .data import check_variables, flagged, on_log_axis
+from .labels import fit_beside, label_ends
+from .layout import add_heading, axes_for, figure_of, line_width, text_size
+from .style import MARKERS, curve_style
+
+Floats = npt.NDArray[np.float64]
+
+_NEEDED = ("allowable_voltage", "film", "holding_time")
+_LONG_TIMES = {"1 min": 60.0, "1 h": 3600.0, "1 day": 86400.0, "1 year": 3.156e7, "10 years": 3.156e8}
+_WORD = 6.0
+"""Room for one of them, in heights of its letters."""
+
+_ROW = 1.3
+"""Height of a row of a legend, in that of the words of the axes."""
+
+_DASHES = (0, (3.0, 1.5))
+
+
+def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column") -> Axes:
+    """Draw the voltage that films bear for a time against that time, a line for each of up to eight films.
+
+    Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed. What a film
+    bears for good, if the data set says it, is marked at the right edge. Where the names of the films would take much
+    of the width, they are in the legend and not beside the lines.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `dea_maps.design`: ``allowable_voltage`` in V over ``film`` and ``holding_time`` in s, of which two
+        or more are finite, and perhaps ``limit``, what limits it.
+    ax : Axes, optional
+        Where to draw; the names of the films take their room off it. By default on a new figure, ``ax.figure``.
+    size : {"column", "slide"}
+        Of a new figure.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the data set lacks something of the above; if an option is not one of those allowed.
+
+    Examples
+    --------
+    >>> time, voltage = [1.0, 100.0, 10000.0], [[3100.0, 2200.0, 1700.0], [1550.0, 1100.0, 850.0]]
+    >>> ds = xr.Dataset({"allowable_voltage": (("film", "holding_time"), voltage)},
+    ...     {"film": ["VHB, 100 um", "VHB, 50 um"], "holding_time": time})
+    >>> design_chart(ds).get_ylabel()
+    'allowable voltage (kV)'
+    """
+    check_variables(ds, *_NEEDED, what="a design chart")
+    if set(ds["allowable_voltage"].dims) != {"film", "holding_time"}:
+        raise ValueError(
+            "a design chart needs allowable_voltage over film and holding_time; "
+            f"got {', '.join(map(str, ds['allowable_voltage'].dims)) or 'one number'}"
+        )
+    finite = int(np.isfinite(ds["holding_time"]).sum())
+    if finite < 2:
+        raise ValueError(f"a design chart needs two finite holding times or more; got {finite}")
+    if not 1 <= ds.sizes["film"] <= len(MARKERS):
+        raise ValueError(
+            f"a design chart needs one to {len(MARKERS)} films; got {ds.sizes['film']}: select some with ds.isel"
+        )
+    may_grow = ax is None and size == "column"
+    ax = axes_for(ax, size)
+    ds = ds.sortby("holding_time").transpose("film", "holding_time", ...)
+    time, voltages = ds["holding_time"].values.astype(np.float64), ds["allowable_voltage"].values / 1e3
+    last = time[finite - 1]
+    ax.set(xlabel="holding time (s)", ylabel="allowable voltage (kV)", xlim=(time[0], last))
+    if on_log_axis(time[:finite]):
+        ax.set_xscale("log")
+        _name_times(ax)
+    broken = _by_breakdown(ds)
+    films = [chart_text(name) for name in ds["film"].values]
+    curves, ends, silent = [], [], []
+    for number, (name, voltage, breakdown) in enumerate(zip(films, voltages, broken, strict=True)):
+        known = np.isfinite(voltage)
+        if not known.any():
+            silent.append(name)
+            continue
+        style = curve_style(ax, number, len(films))
+        _draw_curve(ax, time[:finite], voltage[:finite], breakdown[:finite], style)
+        curves.append(Line2D([], [], label=name, **style))
+        ends.append((min(time[known][-1], last), voltage[known][-1]))
+        if np.isinf(time[known][-1]):
+            edge = ax.get_yaxis_transform()
+            ax.plot(1.0, voltage[-1], transform=edge, clip_on=False, zorder=3, **_mark(ax, style["color"]))
+    explained = _explained(ax, broken, silent)
+    if np.isfinite(voltages[:, finite:]).any():
+        explained.append(Line2D([], [], label="for good", **_mark(ax, "black")))
+    names = [str(curve.get_label()) for curve in curves]
+    beside = bool(names) and fit_beside(ax, names)
+    if may_grow and not beside:
+        figure = figure_of(ax)
+        figure.set_figheight(figure.get_figheight() + len(curves) * _ROW * text_size(ax) / 72.0)
+    add_heading(ax, ["voltage that a film bears for a time"], explained if beside else [*curves, *explained])
+    if beside:
+        label_ends(ax, ends, names)
+    return ax
+
+
+def _draw_curve(
+    ax: Axes, time: Floats, voltage: Floats, breakdown: npt.NDArray[np.bool_], style: dict[str, Any]
+) -> None:
+    """Draw what one film bears."""
+    ax.plot(time, voltage, **{**style, "linestyle": ""})
+    for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
+        # A line between two points is of the kind of the later one.
+        shown = part | np.append(part[1:], False)
+        ax.plot(time, np.where(shown, voltage, np.nan), **{**style, "linestyle": linestyle, "marker": ""})
+
+
+def _mark(ax: Axes, colour: Any) -> dict[str, Any]:
+    """Return the look of what a film bears for good."""
+    return {"color": colour, "linestyle": "", "marker": ">", "markersize": 0.6 * text_size(ax)}
+
+
+def _name_times(ax: Axes) -> None:
+    """Write minutes, hours, days and years above a logarithmic axis in seconds."""
+    start, end = ax.get_xlim()
+    room = np.log(end / start) * _WORD * text_size(ax) / (72.0 * ax.get_window_extent().width / figure_of(ax).dpi)
+    named: dict[float, str] = {}
+    for words, seconds in _LONG_TIMES.items():
+        if start <= seconds <= end and all(np.log(seconds / other) > room for other in named):
+            named[seconds] = words
+    if named:
+        above = ax.secondary_xaxis("top")
+        above.set_xticks(list(named), list(named.values()))
+        above.xaxis.set_minor_locator(NullLocator())
+        above.tick_params(labelsize=0.9 * text_size(ax))
+
+
+def _by_breakdown(ds: xr.Dataset) -> npt.NDArray[np.bool_]:
+    """Tell where electrical breakdown limits the voltage."""
+    if "limit" not in ds:
+        return np.zeros(ds["allowable_voltage"].shape, bool)
+    return flagged(ds["limit"].transpose("film", "holding_time"), "breakdown")
+
+
+def _explained(ax: Axes, broken: npt.NDArray[np.bool_], silent: list[str]) -> list[Artist]:
+    """Return what a legend has to say."""
+    look: dict[str, Any] = {"color": "black", "linewidth": line_width(ax, 1.4)}
+    handles: list[Artist] = []
+    if broken.any():
+        handles.append(Line2D([], [], linestyle="-", label="limited by instability", **look))
+        handles.append(Line2D([], [], linestyle=_DASHES, label="by electrical breakdown", **look))
+    handles += [Line2D([], [], linestyle="", label=f"{name}: no answer") for name in silent]
+    return handles

@@ -1,0 +1,160 @@
+"""Quantities as charts show them: in ratios and relaxation times, or in volts and seconds."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..nomenclature import NOMENCLATURE, PARAMETERS, axis_label
+from ..printable import chart_text
+from .choices import UNITS, check_choice
+
+_IN_SI = {
+    "field": "voltage",
+    "rate": "voltage_rate",
+    "time": "seconds",
+    "time_to_failure": "seconds_to_failure",
+    "time_to_breakdown": "seconds_to_breakdown",
+    "critical_field": "critical_voltage",
+    "applied_field": "applied_voltage",
+}
+_WORDS = {
+    "voltage": "voltage",
+    "voltage_rate": "ramp rate",
+    "seconds": "time",
+    "seconds_to_failure": "time to failure",
+    "seconds_to_breakdown": "time to breakdown",
+    "critical_voltage": "voltage at failure",
+    "applied_voltage": "voltage",
+    "true_field": "true field",
+}
+_SCALES = {
+    "V": ((1e3, "kV"), (1.0, "V")),
+    "V s-1": ((1.0, "V/s"),),
+    "V m-1": ((1e6, "MV/m"),),
+    "s": ((1.0, "s"),),
+    "Pa": ((1e3, "kPa"), (1.0, "Pa")),
+}
+"""For units of variables: the units of charts, and what one is worth."""
+
+
+class Shown(NamedTuple):
+    """A quantity as a chart shows it.
+
+    Attributes
+    ----------
+    values : DataArray
+        In double precision.
+    label : str
+        Words and symbol or unit, for an axis.
+    symbol : str
+        For an equation.
+    unit : str
+        Empty for a plain ratio.
+    """
+
+    values: xr.DataArray
+    label: str
+    symbol: str
+    unit: str
+
+    def equation(self) -> str:
+        """Return the symbol and the value, which must be one."""
+        return f"{self.symbol} = {self.in_words(self.values.item())}"
+
+    def per(self, plain: xr.DataArray) -> float:
+        """Return what 1 of the same quantity is worth here, as `plain` has it."""
+        greatest = float(np.abs(plain).max())
+        return float(np.abs(self.values).max()) / greatest if greatest > 0.0 else 1.0
+
+    def in_words(self, value: float) -> str:
+        """Return a value, in the unit of this quantity, with the unit."""
+        return f"{value:.4g} {self.unit}".rstrip()
+
+
+def units_of(ds: xr.Dataset, units: str | None) -> str:
+    """Return the units of a chart.
+
+    Parameters
+    ----------
+    ds : Dataset
+        What is drawn.
+    units : {"tau", "si"} or None
+        Those asked for; None for SI units where the data set has them.
+
+    Raises
+    ------
+    ValueError
+        If it is something else, or the data set has no SI units.
+    """
+    has_si = any(name in ds.variables for name in _IN_SI.values())
+    if units is None:
+        return "si" if has_si else "tau"
+    check_choice("units", units, UNITS)
+    if units == "si" and not has_si:
+        raise ValueError("units must be tau for a data set without volts and seconds, see dm.physical; got 'si'")
+    return units
+
+
+def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
+    """Return a parameter or variable as a chart shows it.
+
+    Parameters
+    ----------
+    ds : Dataset
+        With the variable `name`.
+    name : str
+        The dimensionless one, or any other with ``long_name`` and ``units``.
+    units : {"tau", "si"}
+        Whether to show, where the data set has it, what it means in SI units.
+
+    Examples
+    --------
+    >>> import dea_maps as dm
+    >>> ds = dm.physical(dm.sweep(dm.Step(), field=[1.1, 1.2], modulus_ratio=4), dm.VHB, 100e-6)
+    >>> shown(ds, "field", "si").label, shown(ds, "field", "tau").label
+    ('voltage (kV)', 'field $E/E_c$')
+    """
+    if units == "si" and _IN_SI.get(name) in ds.variables:
+        name = _IN_SI[name]
+    values = ds[name].astype(np.float64)
+    if name in NOMENCLATURE:
+        symbol = NOMENCLATURE[name].symbol
+        return Shown(values, axis_label(name), symbol, "")
+    greatest = float(np.abs(values).max()) if values.size else 0.0
+    words = _WORDS.get(name, chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
+    unit = chart_text(ds[name].attrs.get("units", "1"))
+    scales = _SCALES.get(unit, ((1.0, "" if unit == "1" else unit),))
+    factor, unit = next((scale for scale in scales if scale[0] <= greatest), scales[-1])
+    return Shown(values / factor, f"{words} ({unit})" if unit else words, words, unit)
+
+
+def title_of(ds: xr.Dataset, units: str) -> list[str]:
+    """Return the loading program, what is the same in all of a data set, and in SI units of what film.
+
+    Parameters
+    ----------
+    ds : Dataset
+        What is drawn.
+    units : {"tau", "si"}
+        Of the chart.
+    """
+    fixed = [shown(ds, name, units).equation() for name in PARAMETERS if name in ds.coords and ds[name].size == 1]
+    film = []
+    if units == "si" and "thickness_in_m" in ds.attrs:
+        film = [chart_text(ds.attrs["material"])] if ds.attrs.get("material") else []
+        film.append(f"{float(ds.attrs['thickness_in_m']) * 1e6:.4g} µm")
+    program = chart_text(ds.attrs.get("program", "")).replace("_", " ")
+    return [*([program] if program else []), *fixed, *film]
+
+
+def time_in_words(time: float, unit: str) -> str:
+    """Return a round time with its unit.
+
+    Examples
+    --------
+    >>> time_in_words(20.0, "s"), time_in_words(1e6, "")
+    ('20 s', '$10^{6}$')
+    """
+    number = f"{time:g}" if 1e-3 <= time < 1e5 else f"$10^{{{np.log10(time):.0f}}}$"
+    return f"{number} {unit}".rstrip()

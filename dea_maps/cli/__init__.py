@@ -1,0 +1,1 @@
+"""The command line of ``dea-maps``: from words and specifications to calls of the library."""

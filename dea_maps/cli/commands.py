@@ -1,0 +1,149 @@
+"""What each verb of the command line does with its arguments."""
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .streams import say
+
+MAP_SUFFIX = ".nc"
+
+
+class InputError(Exception):
+    """Input that was refused before any computing."""
+
+
+@contextmanager
+def _checking_input() -> Iterator[None]:
+    """Take errors for refusals of what the user gave; warnings of it are shown if it is not refused."""
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", UserWarning)
+            yield
+    except (OSError, TypeError, ValueError) as error:
+        raise InputError(str(error)) from error
+    for warning in caught:
+        warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+
+def sweep(arguments: argparse.Namespace) -> None:
+    """Solve a specification into a file."""
+    from ..files.netcdf import open_map
+    from ..files.to_netcdf import planned_file, sweep_to_netcdf
+    from ..materials.scales import scales_of
+    from .specification import read_specification, thinned
+    from .summary import describe_plan, one_line
+
+    storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
+    with _checking_input():
+        spec = read_specification(arguments.specification)
+        if arguments.variables is not None:
+            storing["variables"] = arguments.variables.split(",")
+        parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
+        film = {"material": spec.material, "thickness": spec.thickness}
+        asked = {**parameters, **spec.accuracy, **storing, **film}
+        _check_other(arguments.output, arguments.specification, "the specification")
+        if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
+            raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
+        plan = planned_file(arguments.output, spec.program, **asked)
+    if arguments.dry_run:
+        say(describe_plan(plan, arguments.fresh))
+        return
+    if plan.film is not None and not arguments.quiet:
+        say(scales_of(plan.hollow()))
+    progress = sys.stderr.isatty() and not arguments.quiet
+    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    if not arguments.quiet:
+        with open_map(arguments.output) as ds:
+            say(f"{arguments.output}: {one_line(ds)}")
+
+
+def _check_other(output: str, read: str, what: str) -> None:
+    """Check that a file that is to be written is not the one that is read."""
+    if os.path.exists(output) and os.path.samefile(output, read):
+        raise ValueError(f"cannot write {output}: it is {what} itself")
+
+
+def plot(arguments: argparse.Namespace) -> None:
+    """Draw what a file holds."""
+    from ..charts.select import check_chart_path, draw, save
+    from ..files.verify import open_any
+
+    with _checking_input():
+        check_chart_path(arguments.output)
+        with open_any(arguments.map, "allowable_voltage") as ds:
+            figure = draw(ds, arguments.chart, arguments.size)
+    save(figure, arguments.output)
+
+
+def explore(arguments: argparse.Namespace) -> None:
+    """Make a page to look around in a map."""
+    from ..explorer.export import check_page_path, draw, save
+    from ..files.verify import open_any
+
+    with _checking_input():
+        check_page_path(arguments.output)
+        with open_any(arguments.map) as ds:
+            page = draw(ds)
+    save(page, arguments.output)
+
+
+def design(arguments: argparse.Namespace) -> None:
+    """Print the largest voltages that films take, and draw them."""
+    from ..charts.select import check_chart_path, draw, save
+    from ..limits.voltages import describe_design, read_design
+
+    with _checking_input():
+        if arguments.output is not None:
+            check_chart_path(arguments.output)
+        answers = read_design(arguments.specification)
+    say(describe_design(answers))
+    if arguments.output is not None:
+        with _checking_input():
+            figure = draw(answers, "design_chart", arguments.size)
+        save(figure, arguments.output)
+
+
+def info(arguments: argparse.Namespace) -> None:
+    """Print what a file holds."""
+    from ..files.verify import open_any
+    from .summary import describe
+
+    with _checking_input():
+        ds = open_any(arguments.map)
+    with ds:
+        say(describe(ds))
+
+
+def fit(arguments: argparse.Namespace) -> None:
+    """Fit a material, say how well it is known, give the table of a specification, and draw the fit."""
+    from ..atomic import check_writable, replacing
+    from ..charts.fit import draw_fit
+    from ..charts.select import check_chart_path, save
+    from ..materials.fit import fit_uniaxial
+    from ..materials.tension_data import read_curves
+    from ..materials.toml import table_of
+
+    with _checking_input():
+        curves = read_curves(arguments.data)
+        if arguments.output is not None:
+            check_chart_path(arguments.output)
+        if arguments.material is not None:
+            _check_other(arguments.material, arguments.data, "the data")
+            check_writable(arguments.material)
+    file = Path(os.fsencode(arguments.data).decode(errors="replace"))
+    fit = fit_uniaxial(curves, noise=arguments.noise, name=file.stem, source=f"fit to tension, {file.name}")
+    table = table_of(fit.material, [name for name, known in fit.determined.items() if not known])
+    if arguments.material is None:  # a specification, as a whole
+        say("\n".join([*(f"# {line}" for line in fit.summary().splitlines()), "", table]))
+    else:
+        with replacing(arguments.material) as temporary:
+            temporary.write_text(f"{table}\n", encoding="utf-8")
+        say(fit.summary())
+    if arguments.output is not None:
+        save(draw_fit(fit), arguments.output)

@@ -1,0 +1,1 @@
+"""Sweeps to NetCDF files: planned, computed part by part, checked when read."""

@@ -1,0 +1,288 @@
+"""A sweep to a file, part by part: what is finished survives whatever ends the run."""
+
+import hashlib
+import math
+import os
+import secrets
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from ..atomic import move_into_place, naming
+from ..limits.breakdown import rtol_of, solve_with_limits, with_limits
+from ..materials.material import Material
+from ..materials.si_units import in_si
+from ..materials.strength import StrengthOf
+from ..materials.toml import PowerLaw
+from ..nomenclature import BREAKDOWN, FLAGGED, VARIABLES
+from ..sweeps.chunks import Cut, cut
+from ..sweeps.dataset import CELL_BYTES, LIMIT_BYTES, make_dataset, provenance_of, reduced
+from ..sweeps.grid import Grid
+from ..sweeps.methods import Choice
+from ..sweeps.solve import KERNELS, Solution, default_threads, solve
+from .checkpoints import WHOLE, Arrays, Parts, folder_of, locked_parts
+from .engines import Dask, Pending, Task, Threads, task_of
+from .writer import MapFile
+
+Film = tuple[Material, float]
+"""A material, and the thickness of the undeformed film in m."""
+
+# Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
+# is large enough for the disk.
+PART_CELLS = 500_000
+# Cells of a chunk within the file: half a megabyte of float64.
+CHUNK_CELLS = 65_536
+# Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
+SAMPLE, SAMPLE_LIMITED = 2000, 100
+# Parts in memory at once: being computed, converted, saved, written, and waiting for that.
+PARTS_IN_MEMORY = 8
+# Saves and writes that may wait for the disk before the computing does.
+WAITING = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """All that a sweep to a file is.
+
+    Attributes
+    ----------
+    path : Path
+        The file.
+    grid : Grid
+        The cells.
+    choice : Choice
+        How they are solved.
+    variables : tuple of str
+        What is kept.
+    dtype : str
+        What the maps are stored as.
+    chunks, parts : Cut
+        Of the grid: within the file, and for computing.
+    film : tuple of Material and float, or None
+        The material and the thickness whose volts and seconds are added.
+    """
+
+    path: Path
+    grid: Grid
+    choice: Choice
+    variables: tuple[str, ...]
+    dtype: str
+    chunks: Cut
+    parts: Cut
+    film: Film | None
+
+    @property
+    def strength(self) -> StrengthOf | None:
+        """The true field at which the film breaks down, over the relaxed critical field, if it is known."""
+        known = self.film is not None and self.film[0].breakdown_strength is not None
+        return self.film[0].strength if self.film is not None and known else None
+
+    def hollow(self) -> xr.Dataset:
+        """Return the map without its values: views of single numbers."""
+        none = {
+            name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
+            for name, kind in _kinds((*VARIABLES, *BREAKDOWN), self.dtype).items()
+        }
+        solution = Solution(*(none[name] for name in VARIABLES))
+        whole = make_dataset(self.grid, solution, provenance_of(self.choice))
+        if self.strength is not None:
+            limits = {name: none[name] for name in BREAKDOWN}
+            whole = with_limits(whole, self.grid.dims, limits, rtol_of(self.choice))
+        kept = reduced(whole, list(self.variables), self.dtype)
+        if self.film is None:
+            return kept
+        made = in_si(kept.drop_vars(self.variables), *self.film)
+        pattern = in_si(kept.isel({dim: slice(0, 1) for dim in kept.dims}), *self.film)
+        made.attrs = pattern.attrs
+        for name, array in pattern.data_vars.items():
+            values = np.broadcast_to(np.zeros((), array.dtype), self.grid.shape)
+            made[name] = (self.grid.dims, values, array.attrs)
+            made[name].encoding = array.encoding
+        return made
+
+    def stored(self, arrays: Arrays) -> Arrays:
+        """Return what the file stores of the values of a part: also in SI units, if there is a film."""
+        if self.film is None:
+            return arrays
+        part = in_si(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
+        return {str(name): array.values for name, array in part.data_vars.items()}
+
+    def task(self, number: int) -> Task:
+        """Return a part as something to be computed."""
+        task = task_of(self.grid, self.parts.index(number), self.choice, self.variables, self.dtype)
+        return task if self.strength is None else task._replace(strength=self.strength)
+
+    def cells(self, number: int) -> int:
+        """Return the number of cells of a part."""
+        part = self.parts.cells(number)
+        return int(part.stop - part.start)
+
+    def identity(self) -> str:
+        """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
+        digest = hashlib.sha256()
+        known = (self.grid.program, self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
+        digest.update(repr((*known, self.parts, KERNELS, *self._limit())).encode())
+        for name, array in self.grid.parameters.items():
+            own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
+            digest.update(repr((name, own.shape)).encode() + np.ascontiguousarray(own).tobytes())
+        return digest.hexdigest()
+
+    def _limit(self) -> tuple[object, ...]:
+        """Return what the breakdown depends on; a function has no name that says what it returns, today and later."""
+        if self.film is None or self.film[0].breakdown_strength is None:
+            return ()
+        known = self.film[0].breakdown_strength
+        same = not callable(known) or isinstance(known, PowerLaw)
+        return (known if same else secrets.token_hex(16), self.film[0].critical_field)
+
+
+def make_plan(
+    path: Path,
+    grid: Grid,
+    choice: Choice,
+    variables: tuple[str, ...],
+    dtype: str,
+    memory: int,
+    film: Film | None = None,
+) -> Plan:
+    """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
+    chunks = cut(grid.shape, CHUNK_CELLS)
+    cell_bytes = CELL_BYTES if film is None else 2 * CELL_BYTES
+    part_cells = PART_CELLS
+    # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
+    if film is not None and film[0].breakdown_strength is not None:
+        cell_bytes += 2 * LIMIT_BYTES
+        part_cells = min(part_cells, math.prod(chunks.part_shape))
+    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * cell_bytes)))
+    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
+
+
+def finished_parts(plan: Plan) -> list[int]:
+    """Return the numbers of the parts that an interrupted run of the same sweep finished."""
+    return Parts(folder_of(Path(os.path.realpath(plan.path))), plan.identity()).finished()
+
+
+def estimated_seconds(plan: Plan) -> tuple[float, float]:
+    """Return how long this machine computes all cells, and how long it takes to start, from cells of the grid."""
+    number = SAMPLE if plan.strength is None else SAMPLE_LIMITED
+    some = np.random.default_rng(0).integers(plan.grid.cells, size=number)
+    index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
+    sample = {name: np.array(array[index], ndmin=1) for name, array in plan.grid.parameters.items()}
+    seconds = []
+    for _ in range(2):  # the first time also compiles, or reads the machine code
+        start = time.perf_counter()
+        if plan.strength is None:
+            solve(plan.grid.program, sample, plan.choice, threads=1)
+        else:
+            solve_with_limits(plan.grid.program, sample, plan.choice, plan.strength)
+        seconds.append(time.perf_counter() - start)
+    threads = default_threads() if plan.strength is None else 1  # the breakdown is found on all of them already
+    return min(seconds) / number * plan.grid.cells / threads, seconds[0] - min(seconds)
+
+
+def stream(
+    plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]
+) -> None:
+    """Compute what is not there yet of a sweep, and put the whole into its file.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to compute.
+    engine, scheduler, fresh
+        As in `dea_maps.sweep_to_netcdf`.
+    on_cells : callable
+        Called with the number of cells that were found finished, or finished since.
+
+    Raises
+    ------
+    OSError
+        If something cannot be written, or another sweep is writing the same file; finished parts stay.
+    KeyboardInterrupt
+        With a note of what is kept.
+    """
+    target = Path(os.path.realpath(plan.path))
+    with locked_parts(target, plan.identity()) as parts:
+        if fresh:
+            parts.clear()
+        temporary = parts.folder / WHOLE
+        computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
+        try:
+            _write(plan, parts, computing, temporary, on_cells)
+            with naming(target):
+                move_into_place(temporary, target)
+        except KeyboardInterrupt:
+            kept = parts.count()
+            note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
+            raise KeyboardInterrupt(*note) from None
+        finally:
+            temporary.unlink(missing_ok=True)
+            computing.close()
+
+
+def _write(
+    plan: Plan, parts: Parts, engine: Threads | Dask, temporary: Path, on_cells: Callable[[int], object]
+) -> None:
+    """Write all parts into a file, in order, while the next ones are computed."""
+    hollow = plan.hollow()
+    # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
+    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
+        file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
+        saves: deque[Future[None]] = deque()
+        writes: deque[Future[None]] = deque()
+        try:
+            for number, arrays, is_new in _finished(plan, parts, engine, on_cells):
+                while len(saves) + len(writes) >= WAITING:
+                    (saves or writes).popleft().result()
+                if is_new:
+                    saves.append(saver.submit(parts.save, number, arrays))
+                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(arrays)))
+            for future in (*saves, *writes):
+                future.result()
+        finally:
+            for future in writes:  # what is computed is saved, but a file that will not be completed can stay as it is
+                future.cancel()
+            disk.submit(file.close).result()
+
+
+def _finished(
+    plan: Plan, parts: Parts, engine: Threads | Dask, on_cells: Callable[[int], object]
+) -> Iterator[tuple[int, Arrays, bool]]:
+    """Yield number, values, and whether they are new, of all parts in order; some are begun ahead of the others."""
+    kinds = _kinds(plan.variables, plan.dtype)
+    window: deque[tuple[int, Arrays | None, Pending | None]] = deque()
+    for number in range(plan.parts.count + engine.ahead):
+        if number < plan.parts.count:
+            old = parts.load(number, {name: (kind, plan.cells(number)) for name, kind in kinds.items()})
+            window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
+        if window and (len(window) > engine.ahead or number >= plan.parts.count):
+            first, arrays, pending = window.popleft()
+            if pending is not None:
+                yield first, _result(first, plan, pending), True
+            elif arrays is not None:
+                on_cells(plan.cells(first))
+                yield first, arrays, False
+
+
+def _kinds(variables: tuple[str, ...], dtype: str) -> dict[str, np.dtype[np.generic]]:
+    """Return what variables are stored as."""
+    return {name: np.dtype(np.int8 if name in FLAGGED else dtype) for name in variables}
+
+
+def _result(number: int, plan: Plan, pending: Pending) -> Arrays:
+    """Return a part when it is finished; what cannot be finished is named."""
+    try:
+        return pending.result()
+    except (MemoryError, OSError):
+        raise
+    except Exception as error:
+        cells = plan.parts.cells(number)
+        raise OSError(
+            f"cells {cells.start:,} to {cells.stop - 1:,} could not be computed: {type(error).__name__}: {error}"
+        ) from error

@@ -1,0 +1,269 @@
+"""Sweeps to files, larger than memory, that go on where they were interrupted."""
+
+import os
+import re
+import shutil
+from collections.abc import Iterable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from ..atomic import PathLike, check_writable
+from ..checks import brief
+from ..limits.breakdown import rtol_of
+from ..materials.material import Material
+from ..materials.scales import scales
+from ..materials.si_units import check_film, warn_film
+from ..materials.strength import check_strength
+from ..nomenclature import BREAKDOWN, VARIABLES
+from ..notices import shown_notices
+from ..plausibility import warn_implausible
+from ..programs import Program
+from ..sweeps.grid import Grid
+from ..sweeps.parameters import ParameterLike
+from ..sweeps.run import planned, progress_bar
+from .checkpoints import check_parts
+from .engines import ENGINES, check_dask
+from .netcdf import check_netcdf_name, write_dataset
+from .stream import Film, Plan, make_plan, stream
+
+DTYPES = ("float64", "float32")
+"""What the maps of a file may be stored as."""
+DEFAULT_MEMORY = 2**30
+SMALLEST_MEMORY = 2**24
+# To this stretch a breakdown strength is checked before computing; farther, as films get there.
+_LOOKED_AT = np.array([2.0])
+
+
+def sweep_to_netcdf(
+    path: PathLike,
+    program: Program,
+    *,
+    modulus_ratio: ParameterLike,
+    field: ParameterLike | None = None,
+    rate: ParameterLike | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    formulation: str = "auto",
+    step: float | None = None,
+    progress: bool = False,
+    variables: Iterable[str] | None = None,
+    dtype: Literal["float64", "float32"] = "float64",
+    engine: Literal["threads", "dask"] = "threads",
+    scheduler: str | None = None,
+    memory: str | int | None = None,
+    fresh: bool = False,
+    material: Material | None = None,
+    thickness: float | None = None,
+) -> None:
+    """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
+
+    The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
+    complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
+    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
+
+    Parameters
+    ----------
+    path : str or path-like
+        The file to write, in a folder that exists.
+    program, modulus_ratio, field, rate, rtol, method, formulation, step, progress
+        As in `sweep`.
+    variables : iterable of str, optional
+        Names of the variables to keep; by default all. With a breakdown strength, ``first_limit`` is kept always.
+    dtype : {"float64", "float32"}
+        What the maps are stored as; the coordinates stay float64. Rounding is the last thing done.
+    engine : {"threads", "dask"}
+        What computes: threads of this process, or a dask.distributed cluster (extra ``distributed``).
+    scheduler : str, optional
+        Address of the cluster, as ``"tcp://host:8786"``; by default one on this machine.
+    memory : int or str, optional
+        Bytes that may be used beside those of the interpreter and the parameters, as ``2**30`` or ``"1GiB"``, which is
+        the default; at least 16 MiB.
+    fresh : bool
+        Whether to begin anew even where finished parts are there.
+    material, thickness : Material and float, optional
+        Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film. If the
+        material knows its breakdown strength, it is also that of `dea_maps.breakdown`, to the same `rtol` (1e-6 with a
+        method of fixed step). Parts that rest on a strength given as a function are not used by a later call, unless
+        the function is that of a specification, ``{at_rest, exponent}``.
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `sweep`, and if an argument of this function is not allowed; before computing.
+    OSError
+        If the file cannot be written, another sweep is writing it, ``<path>.parts`` is not the package's own, or there
+        is too little room; what can be known beforehand, before computing. Parts that are finished stay.
+
+    Warns
+    -----
+    UserWarning
+        Names every part that is damaged or of another sweep; it is computed again.
+    ImplausibleWarning
+        As `sweep`, and names what is implausible of the film, or in volts for it.
+
+    Examples
+    --------
+    >>> import dea_maps as dm, os, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     dm.sweep_to_netcdf(os.path.join(folder, "map.nc"), dm.Ramp(), rate=[0.1, 1.0], modulus_ratio=4.0)
+    ...     os.listdir(folder)
+    ['map.nc']
+    """
+    plan = planned_file(
+        path,
+        program,
+        modulus_ratio=modulus_ratio,
+        field=field,
+        rate=rate,
+        rtol=rtol,
+        method=method,
+        formulation=formulation,
+        step=step,
+        variables=variables,
+        dtype=dtype,
+        engine=engine,
+        scheduler=scheduler,
+        memory=memory,
+        material=material,
+        thickness=thickness,
+    )
+    if plan.grid.cells == 0:
+        write_dataset(plan.hollow(), plan.path)
+        return
+    with shown_notices(progress), progress_bar(plan.grid) if progress else nullcontext() as bar:
+        stream(plan, engine=engine, scheduler=scheduler, fresh=fresh, on_cells=bar.update if bar else _nothing)
+
+
+def planned_file(
+    path: PathLike,
+    program: Program,
+    *,
+    variables: Iterable[str] | None = None,
+    dtype: str = "float64",
+    engine: str = "threads",
+    scheduler: str | None = None,
+    memory: str | int | None = None,
+    material: Material | None = None,
+    thickness: float | None = None,
+    **asked: Any,
+) -> Plan:
+    """Return what `sweep_to_netcdf` would do, with everything checked and nothing computed.
+
+    Parameters
+    ----------
+    path, program, variables, dtype, engine, scheduler, memory, material, thickness
+        As in `sweep_to_netcdf`.
+    **asked
+        The parameters and the accuracy, as in `sweep`.
+
+    Returns
+    -------
+    Plan
+
+    Raises
+    ------
+    TypeError, ValueError, OSError
+        As in `sweep_to_netcdf`.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise TypeError(f"path must be a string or path-like; got {brief(path)}")
+    limited = material is not None and material.breakdown_strength is not None
+    kept = _kept(variables, (*VARIABLES, *BREAKDOWN) if limited else tuple(VARIABLES))
+    for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
+        if value not in allowed:
+            raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
+    if scheduler is not None and engine != "dask":
+        raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
+    if engine == "dask":
+        check_dask(scheduler)
+    grid, choice = planned(program, **asked)
+    room = _bytes(memory)
+    film = _film(material, thickness)
+    if film is not None and limited:
+        rtol_of(choice)
+        check_strength(film[0].strength, _LOOKED_AT)
+    check_netcdf_name(path)
+    target = check_writable(path)
+    if film is not None and grid.cells:
+        _warn(grid, *film)
+    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    _check_room(plan, target, check_parts(target))
+    return plan
+
+
+def _check_room(plan: Plan, target: Path, there: int) -> None:
+    """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
+    maps = plan.hollow()
+    parts = sum(maps[name].nbytes for name in plan.variables)
+    # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
+    needed = max(parts - there, 0) + maps.nbytes // 4
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        raise OSError(
+            f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
+            f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
+        )
+
+
+def _film(material: Material | None, thickness: float | None) -> Film | None:
+    if material is None and thickness is None:
+        return None
+    if material is None or thickness is None:
+        lacking = "material" if material is None else "thickness"
+        raise TypeError(f"material and thickness must be given together; got no {lacking}")
+    check_film(material, thickness)
+    return material, float(thickness)
+
+
+def _warn(grid: Grid, material: Material, thickness: float) -> None:
+    """Warn of what is implausible for a film."""
+    warn_film(material, thickness)
+    given = {name: grid.coords[name].values for name in ("field", "rate") if name in grid.coords}
+    if "field" in given and given["field"].max() > 0.0:
+        greatest = given["field"].max()
+        warn_implausible("voltage", greatest, scales(material, thickness, field=greatest))
+    if "rate" in given:
+        warn_implausible("rate", given["rate"], scales(material, thickness, rate=given["rate"]))
+
+
+def _nothing(cells: int) -> None:
+    """Draw no progress."""
+
+
+def _bytes(memory: str | int | None) -> int:
+    """Return an amount of memory in bytes."""
+    if memory is None:
+        return DEFAULT_MEMORY
+    allowed = "memory must be a number of bytes or a string as '2GiB', at least 16 MiB"
+    if isinstance(memory, str):
+        match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kMGT]i?)?B?\s*", memory)
+        if match is None:
+            raise ValueError(f"{allowed}; got {brief(memory)}")
+        unit = match[2] or ""
+        size = int(float(match[1]) * (1024 if unit.endswith("i") else 1000) ** " kMGT".index(unit[:1] or " "))
+    elif isinstance(memory, int) and not isinstance(memory, bool):
+        size = memory
+    else:
+        raise TypeError(f"{allowed}; got {brief(memory)}")
+    if size < SMALLEST_MEMORY:
+        raise ValueError(f"{allowed}; got {brief(memory)}")
+    return size
+
+
+def _kept(variables: Iterable[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the variables to keep, in the order of the data set."""
+    if variables is None:
+        return known
+    if isinstance(variables, str) or not isinstance(variables, Iterable):
+        raise TypeError(f"variables must be names in a list or the like; got {brief(variables)}")
+    wanted = list(variables)
+    if not wanted:
+        raise ValueError("variables must name at least one variable; got none")
+    for name in wanted:
+        if name not in known:
+            raise ValueError(f"variables must be among {', '.join(known)}; got {brief(name)}")
+    return tuple(name for name in known if name in wanted or name == "first_limit")

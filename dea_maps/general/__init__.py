@@ -1,0 +1,1 @@
+"""The general model: unequal stretches, under stresses or stretches and field."""

@@ -1,0 +1,1 @@
+"""Materials in SI units: their constants, their files, their fits."""

@@ -1,0 +1,1 @@
+"""Sweeps in memory: parameters, grids, methods, the solving of cells, data sets."""

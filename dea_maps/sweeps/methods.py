@@ -1,0 +1,222 @@
+"""The methods and formulations on offer, which serves what, and the choice for a scene."""
+
+import difflib
+import math
+import numbers
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..checks import brief
+from ..programs import Program
+
+SMALLEST_RTOL = 1e-12
+LARGEST_RTOL = 1e-3
+
+
+@dataclass(frozen=True)
+class Method:
+    """A method, as listed by `methods`.
+
+    Attributes
+    ----------
+    name : str
+        What ``method=`` takes.
+    order : int
+        Order of convergence of the results on a regular formulation; 0 for a quadrature, which converges
+        faster than any power.
+    kind : str
+        What it is, in words; ends in "fixed step" where the step is the caller's.
+    serves : mapping of str to tuple of str
+        Names of the loading programs that it serves, by formulation.
+    region : str
+        Where the promise of ``rtol`` holds.
+    source : str
+        Where the method comes from.
+    """
+
+    name: str
+    order: int
+    kind: str
+    serves: Mapping[str, tuple[str, ...]]
+    region: str
+    source: str
+
+    @property
+    def formulations(self) -> tuple[str, ...]:
+        """What ``formulation=`` takes with it; "auto" takes the first that serves the program."""
+        return tuple(self.serves)
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Names of the loading programs that it serves, on one formulation or another."""
+        return tuple(dict.fromkeys(name for names in self.serves.values() for name in names))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a sweep is computed with; exactly one of ``rtol`` and ``step`` is a number."""
+
+    method: str
+    formulation: str
+    rtol: float | None
+    step: float | None
+
+
+_EVERY_PROGRAM = ("step", "ramp", "ramp_hold")
+_RISING = ("ramp", "ramp_hold")
+_WHOLE_REGION = (
+    "modulus_ratio from 1 to 1000, field from 0 to 1.5 sqrt(modulus_ratio), rate from 1e-6 to 1e5, every rtol; "
+    "beyond, the result is as accurate as asked or unresolved"
+)
+_FOLD_REGION = (
+    "'fold': modulus_ratio from 1 to 10, field - 1 from 1e-2 and field below 0.99 sqrt(modulus_ratio), rate from "
+    "1e-2 to 1e2, rtol from 1e-10"
+)
+
+_METHODS = (
+    Method(
+        "rk4",
+        4,
+        "explicit, fixed step",
+        {"fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
+        "none: the step is the caller's",
+        "Kutta 1901",
+    ),
+    Method(
+        "dopri5",
+        5,
+        "explicit, adaptive",
+        {"area": _RISING, "fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
+        f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}",
+        "Dormand and Prince 1980",
+    ),
+    Method(
+        "dop853",
+        8,
+        "explicit, adaptive",
+        {"area": _RISING, "fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
+        f"'area': {_WHOLE_REGION}; {_FOLD_REGION}",
+        "Hairer, Norsett and Wanner 1993, section II.10",
+    ),
+    Method(
+        "radau5",
+        5,
+        "implicit, L-stable, adaptive",
+        {"area": _RISING},
+        f"{_WHOLE_REGION}; rtol from 1e-7",
+        "Radau IIA; Hairer and Wanner 1996, section IV.8",
+    ),
+    Method(
+        "quadrature",
+        0,
+        "integral over the stretch, adaptive number of nodes",
+        {"stretch": ("step",)},
+        _WHOLE_REGION,
+        "Gauss and Legendre after the poles are taken out",
+    ),
+)
+_AUTOMATIC = ("quadrature", "dop853")
+"""Methods that "auto" tries, in this order: the first that serves the program, on its first formulation that does."""
+
+
+def methods() -> tuple[Method, ...]:
+    """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is promised.
+
+    Returns
+    -------
+    tuple of Method
+        In order of appearance in the documentation.
+
+    Examples
+    --------
+    >>> [method.name for method in methods()]
+    ['rk4', 'dopri5', 'dop853', 'radau5', 'quadrature']
+    """
+    return _METHODS
+
+
+def choose(program: Program, method: str, formulation: str, rtol: float, step: float | None) -> Choice:
+    """Check what is asked of a sweep, and fill in what is left to "auto".
+
+    Parameters
+    ----------
+    program : Program
+        The loading program.
+    method, formulation : str
+        Names, or "auto".
+    rtol : float
+        Relative error of the results; not used by a method of fixed step.
+    step : float or None
+        Step length of a method of fixed step, in the formulation's independent variable.
+
+    Returns
+    -------
+    Choice
+
+    Raises
+    ------
+    TypeError, ValueError
+        If something is of the wrong kind, out of range, unknown, or does not serve the program.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Ramp
+    >>> choose(Ramp(), "rk4", "auto", 1e-6, 0.01)
+    Choice(method='rk4', formulation='fold', rtol=None, step=0.01)
+    """
+    _check_number("rtol", rtol)
+    if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:
+        raise ValueError(f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL}; got {brief(rtol)}")
+    known = {entry.name: entry for entry in _METHODS if program.name in entry.programs}
+    forms = {form for entry in known.values() for form, names in entry.serves.items() if program.name in names}
+    _check_name("method", method, known)
+    _check_name("formulation", formulation, sorted(forms))
+    if method == "auto":
+        if step is not None:
+            fixed = " or ".join(repr(name) for name, entry in known.items() if _is_fixed(entry))
+            raise ValueError(f"step = {brief(step)} needs a method of fixed step: method must be {fixed}; got 'auto'")
+        candidates = [known[name] for name in _AUTOMATIC if name in known]
+        entry = next(entry for entry in candidates if formulation == "auto" or formulation in entry.serves)
+    else:
+        entry = known[method]
+    served = [form for form, names in entry.serves.items() if program.name in names]
+    form = served[0] if formulation == "auto" else formulation
+    if form not in served:
+        raise ValueError(
+            f"formulation must be one of {', '.join(map(repr, served))} with the method {method!r} and the program "
+            f"{program.name!r}; got {form!r}"
+        )
+    if not _is_fixed(entry):
+        if step is not None:
+            raise ValueError(
+                f"step must be left out with the method {entry.name!r}, which finds its own; got {brief(step)}"
+            )
+        return Choice(entry.name, form, float(rtol), None)
+    if step is None:
+        raise ValueError(f"step is missing for the method {entry.name!r}: a length above 0")
+    _check_number("step", step)
+    if not 0.0 < step < math.inf:
+        raise ValueError(f"step must be above 0 and finite; got {brief(step)}")
+    return Choice(entry.name, form, None, float(step))
+
+
+def _is_fixed(entry: Method) -> bool:
+    return entry.kind.endswith("fixed step")
+
+
+def _check_number(name: str, value: object) -> None:
+    if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
+        raise TypeError(f"{name} must be a number; got {brief(value)}")
+
+
+def _check_name(name: str, value: object, known: Iterable[str]) -> None:
+    """Refuse a name that is neither "auto" nor known, naming the nearest one."""
+    allowed = ["auto", *known]
+    if not isinstance(value, str):
+        raise TypeError(f"{name} must be a string; got {brief(value)}")
+    if value not in allowed:
+        near = difflib.get_close_matches(value, allowed, 1)
+        hint = f" (nearest: {near[0]!r})" if near else ""
+        raise ValueError(f"{name} must be one of {', '.join(map(repr, allowed))}; got {value!r}{hint}")

@@ -1,0 +1,163 @@
+"""Sweeps in memory: every cell of a grid solved."""
+
+import os
+from typing import NoReturn
+
+import xarray as xr
+from tqdm import tqdm
+
+from ..notices import shown_notices
+from ..plausibility import warn_implausible
+from ..programs import Program
+from .dataset import CELL_BYTES, make_dataset, provenance_of
+from .grid import Grid, make_grid
+from .methods import Choice, choose
+from .parameters import ParameterLike
+from .solve import Solution, solve
+
+
+def planned(
+    program: Program,
+    *,
+    modulus_ratio: ParameterLike,
+    field: ParameterLike | None = None,
+    rate: ParameterLike | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    formulation: str = "auto",
+    step: float | None = None,
+) -> tuple[Grid, Choice]:
+    """Return the grid of a sweep and how it would be solved, with everything checked and nothing computed.
+
+    Parameters
+    ----------
+    program, modulus_ratio, field, rate, rtol, method, formulation, step
+        As in `sweep`.
+
+    Returns
+    -------
+    grid : Grid
+    choice : Choice
+
+    Raises
+    ------
+    TypeError, ValueError
+        As in `sweep`.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Step
+    >>> grid, choice = planned(Step(), field=[0.9, 1.2], modulus_ratio=4.0, method="dopri5")
+    >>> grid.cells, choice.method
+    (2, 'dopri5')
+    """
+    grid = make_grid(program, modulus_ratio=modulus_ratio, field=field, rate=rate)
+    choice = choose(program, method, formulation, rtol, step)
+    if grid.cells and "field" in grid.coords:
+        warn_implausible("field", grid.coords["field"].values, scale=float(grid.coords["modulus_ratio"].max()) ** 0.5)
+    return grid, choice
+
+
+def sweep(
+    program: Program,
+    *,
+    modulus_ratio: ParameterLike,
+    field: ParameterLike | None = None,
+    rate: ParameterLike | None = None,
+    rtol: float = 1e-6,
+    method: str = "auto",
+    formulation: str = "auto",
+    step: float | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Find whether, when and at what stretch a film fails, over all combinations of parameters.
+
+    Solves equations (23), (25) and (26) of Zhao, Koh and Suo (2011) in every cell of the grid.
+
+    Parameters
+    ----------
+    program : Program
+        The loading program: ``Step()``, ``Ramp()``, ``RampHold()``, ...
+    modulus_ratio : number, 1-D array or DataArray
+        Unrelaxed over relaxed shear modulus, at least 1.
+    field : number, 1-D array or DataArray
+        Nominal field over the relaxed critical field, at least 0, where the program takes it.
+    rate : number, 1-D array or DataArray
+        Ramp rate in relaxed critical fields per relaxation time, above 0, where the program takes it.
+        A number has no dimension, a 1-D array a dimension of its own name; a DataArray broadcasts by the
+        names of its dimensions, so that three of them on one dimension give scattered points.
+    rtol : float
+        Relative error allowed in time to failure, critical stretch and critical field, from 1e-12 to 1e-3.
+    method, formulation : str
+        Names from `dea_maps.methods`; "auto" takes the fastest for the scene at this `rtol`.
+    step : float, optional
+        Step of a method with fixed steps, in the formulation's independent variable; `rtol` is then not used.
+    progress : bool
+        Whether to draw a progress bar on standard error, and to say there when something is compiled first.
+
+    Returns
+    -------
+    Dataset
+        ``outcome`` (int8: 0 survives, 1 fails later, 2 fails at once, 3 unresolved), ``time_to_failure`` in
+        relaxation times, ``critical_stretch``, ``critical_internal_stretch``, ``critical_field`` over the
+        relaxed critical field, and ``final_stretch`` of what survives; NaN where a variable has no meaning.
+
+    Raises
+    ------
+    TypeError, ValueError
+        If a parameter is missing, not taken by the program, of the wrong kind or out of bounds; before
+        computing.
+    MemoryError
+        If the result does not fit in memory.
+
+    Warns
+    -----
+    ImplausibleWarning
+        If a field is more than 100 times that at which films fail at once: it may be in V or V/m.
+
+    Examples
+    --------
+    >>> import dea_maps as dm
+    >>> ds = dm.sweep(dm.Step(), field=[1.05, 1.2, 1.5], modulus_ratio=4.0)
+    >>> [f"{time:.5f}" for time in ds.time_to_failure.values]
+    ['9.02824', '2.44363', '0.54638']
+    """
+    grid, choice = planned(
+        program,
+        modulus_ratio=modulus_ratio,
+        field=field,
+        rate=rate,
+        rtol=rtol,
+        method=method,
+        formulation=formulation,
+        step=step,
+    )
+    return make_dataset(grid, _solved(grid, choice, progress), provenance_of(choice))
+
+
+def progress_bar(grid: Grid) -> "tqdm[NoReturn]":
+    """Draw cells done, rate and time left on standard error."""
+    # nrows: where a terminal does not know its size, tqdm would show nothing.
+    return tqdm(total=grid.cells, unit=" cells", unit_scale=True, desc=grid.program.name, nrows=2)
+
+
+def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
+    """Solve all cells; a result that memory cannot hold is refused in one line."""
+    size = grid.cells * CELL_BYTES
+    refusal = f"the result of {grid.cells:,} cells needs {size / 2**30:,.1f} GiB of memory: more than there is"
+    if size > _memory_of_machine():
+        raise MemoryError(refusal)
+    try:
+        if not progress:
+            return solve(grid.program, grid.parameters, choice, on_cells=None)
+        with shown_notices(), progress_bar(grid) as bar:
+            return solve(grid.program, grid.parameters, choice, on_cells=bar.update)
+    except MemoryError as error:
+        raise MemoryError(refusal) from error
+
+
+def _memory_of_machine() -> float:
+    """Return the bytes of memory; more may seem to be allocated, until the system ends the process."""
+    if hasattr(os, "sysconf"):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return float("inf")

@@ -1,0 +1,272 @@
+"""The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
+
+import threading
+from collections.abc import Callable, Mapping
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels import build, lane_state, model, programs
+from ..kernels import sweep as kernel_rows
+from ..kernels._jit import FINGERPRINT, Kernel
+from ..notices import notice
+from ..programs import Program
+from .chunks import Index, cut
+from .methods import Choice, choose
+
+SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
+
+KERNELS = FINGERPRINT
+"""Hash of the sources of the kernels: another one may be another result."""
+
+# Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
+CHUNK = 4096
+# What a kernel takes, in its order.
+NAMES = ("field", "rate", "modulus_ratio")
+# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
+ATTEMPTS = 1_000_000
+# The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
+TRACE_ATTEMPTS = 100_000_000
+# Relaxation times of its own after which a film that survives differs from its end by less than rounding.
+RELAXATIONS = 45.0
+# Shares of the tolerance to trace with, until all is found: at the limit of its stability, where a slow ramp keeps it,
+# an explicit method takes a step now and then whose error it does not see, and that leads nowhere.
+RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
+
+# Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
+COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
+COMPILE_SECONDS_OF_TRAJECTORIES = 20
+
+_OUTCOMES = np.full(16, UNRESOLVED, np.int8)
+_OUTCOMES[lane_state.SURVIVES] = SURVIVES
+_OUTCOMES[lane_state.FAILED] = FAILS_LATER
+_OUTCOMES[lane_state.FAILS_AT_ONCE] = FAILS_AT_ONCE
+
+
+class Solution(NamedTuple):
+    """Results of a sweep, each of the grid's shape; see the data set's variables for their meaning."""
+
+    outcome: NDArray[np.int8]
+    time_to_failure: NDArray[np.float64]
+    critical_stretch: NDArray[np.float64]
+    critical_internal_stretch: NDArray[np.float64]
+    critical_field: NDArray[np.float64]
+    final_stretch: NDArray[np.float64]
+
+
+def solve(
+    program: Program,
+    parameters: Mapping[str, NDArray[np.float64]],
+    choice: Choice,
+    *,
+    on_cells: Callable[[int], object] | None = None,
+    threads: int | None = None,
+) -> Solution:
+    """Compute every cell of a grid.
+
+    Parameters
+    ----------
+    program : Program
+        The loading program.
+    parameters : mapping of str to ndarray
+        Its parameters and ``modulus_ratio``, valid, all of one shape; zero-stride views are not copied.
+    choice : Choice
+        Method, formulation and accuracy.
+    on_cells : callable, optional
+        Called, in the calling thread, with the number of cells finished since its last call.
+    threads : int, optional
+        How many to compute on; by default as many as Numba would use.
+
+    Returns
+    -------
+    Solution
+        Arrays of the shape of ``parameters``.
+    """
+    ratio = parameters["modulus_ratio"]
+    shape, cells = ratio.shape, ratio.size
+    result = np.empty((kernel_rows.RESULTS, cells))
+    outcome = np.empty(cells, np.int8)
+    kernel = _sweep_kernel(program, choice)
+    _prepare(kernel, program.name, COMPILE_SECONDS[choice.method])
+    accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
+
+    parts = cut(shape, CHUNK)
+
+    def compute(number: int) -> int:
+        part = parts.cells(number)
+        columns = _columns(parameters, parts.index(number))
+        status = np.empty(part.stop - part.start, np.int8)
+        kernel(*columns, *accuracy, status, result[:, part])
+        outcome[part] = _OUTCOMES[status]
+        return status.size
+
+    _in_threads(compute, range(parts.count), on_cells, threads)
+    columns = [row.reshape(shape) for row in result]
+    return Solution(outcome.reshape(shape), *columns)
+
+
+def compiles(program: Program, choice: Choice) -> bool:
+    """Return whether the next sweep of a program would first compile: its machine code is not there yet."""
+    return _sweep_kernel(program, choice).needs_compiling()
+
+
+def _sweep_kernel(program: Program, choice: Choice) -> Kernel:
+    return build.sweep_for(program.name, choice.formulation, choice.method)
+
+
+def _prepare(kernel: Kernel, what: str, seconds: int) -> None:
+    """Compile a kernel if need be, and say so before; in the calling thread, where Ctrl-C ends it."""
+    if kernel.needs_compiling():
+        notice(f"compiling for {what}, once, some {seconds} s")
+    kernel.prepare()
+
+
+def solve_auto(program: Program, parameters: Mapping[str, NDArray[np.float64]], rtol: float) -> Solution:
+    """Compute every cell by what is fastest at this accuracy, see `solve`."""
+    return solve(program, parameters, choose(program, "auto", "auto", rtol, None))
+
+
+def trace(
+    program: Program,
+    parameters: Mapping[str, NDArray[np.float64]],
+    times: NDArray[np.float64],
+    rtol: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stretch and internal stretch at given times.
+
+    Parameters
+    ----------
+    program, parameters
+        As in `solve`.
+    times : (..., times) ndarray
+        In relaxation times, ascending, not negative: the same for all cells, or a row for each, in the shape of
+        ``parameters``.
+    rtol : float
+        Relative error allowed in the stretches.
+
+    Returns
+    -------
+    stretch, internal_stretch : ndarray
+        Of the shape of ``parameters`` and one dimension more, along ``times``; NaN after failure.
+    """
+    ratio = parameters["modulus_ratio"]
+    cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
+    kernel = build.trajectory(program.name)
+    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
+    stretch, internal = np.empty((2, cells, shape[-1]))
+    ends = solve_auto(program, parameters, rtol)
+    lifetimes = np.nan_to_num(ends.time_to_failure)
+    per_cell = np.minimum(times, _relaxed_by(parameters, ends.final_stretch)[..., np.newaxis])
+
+    def compute(cell: int) -> int:
+        index = np.unravel_index(cell, ratio.shape)
+        columns = _columns(parameters, index)
+        own = per_cell[index]
+        # Where the film runs away after a long hold, the error counts of all that time.
+        field, rate, _ = (float(column[0]) for column in columns)
+        held = programs.time_held(program.name, field, rate, float(lifetimes.flat[cell]))
+        tight = max(rtol / (1.0 + 10.0 * held), 1e-14)
+        alive = own < (lifetimes.flat[cell] or np.inf)
+        for share in RETRACED:
+            kernel(*columns, own, share * tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
+            if np.isfinite(stretch[cell, alive]).all():
+                break
+        return 1
+
+    _in_threads(compute, range(cells))
+    return stretch.reshape(shape), internal.reshape(shape)
+
+
+def relaxation_rate(
+    final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How fast films that survive near their final stretch, per relaxation time; NaN for others.
+
+    The flow (26) under a held field, made linear about its end, where the dashpot has the stretch of the film.
+    """
+    u = final_stretch**-2
+    stiffness = np.maximum(4.0 * u**3 - 1.0, 0.0)  # none at the relaxed critical field
+    return np.asarray(6.0 * u * stiffness / np.maximum(stiffness + 3.0 * (modulus_ratio - 1.0) * u, 1e-300))
+
+
+def _relaxed_by(
+    parameters: Mapping[str, NDArray[np.float64]], final_stretch: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """When films that survive have come to rest: an explicit method would step on for ever. Infinity for others."""
+    rate = relaxation_rate(final_stretch, parameters["modulus_ratio"])
+    rising = parameters.get("field", 0.0) / parameters.get("rate", np.inf)
+    comes_to_rest = rate > 0.0
+    return np.where(comes_to_rest, rising + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
+
+
+def applied_field(
+    program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """E/Ec of every cell at given times, as in `trace`, of the shape of ``parameters`` and one dimension more."""
+    shape = parameters["modulus_ratio"].shape
+    none = np.zeros(())
+    columns = [parameters.get(name, none)[..., np.newaxis] for name in ("field", "rate")]
+    found: NDArray[np.float64] = np.vectorize(programs.field_at, otypes=[np.float64])(
+        program.name, *columns, times
+    )
+    return np.broadcast_to(found, (*shape, times.shape[-1]))
+
+
+def margin(
+    field: NDArray[np.float64], internal_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """``1 - e/e_c(xi)``: zero at the instability, 1 without field; equations (23) and (25)."""
+    largest = model.largest_load(internal_stretch**2, modulus_ratio - 1.0)
+    return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
+
+
+def default_threads() -> int:
+    """Return as many threads as Numba would use: NUMBA_NUM_THREADS, or the number of cores."""
+    return int(numba.config.NUMBA_NUM_THREADS)
+
+
+def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> list[NDArray[np.float64]]:
+    """Return field, rate and modulus ratio of the cells of a part; zeros for what the program does not take."""
+    columns = [np.atleast_1d(parameters[name][index]).flatten() if name in parameters else None for name in NAMES]
+    count = next(column.size for column in columns if column is not None)
+    return [np.zeros(count) if column is None else column for column in columns]
+
+
+def _in_threads(
+    compute: Callable[[int], int],
+    starts: range,
+    on_cells: Callable[[int], object] | None = None,
+    threads: int | None = None,
+) -> None:
+    """Call ``compute`` for every start on some threads, or all; an error or Ctrl-C stops them all."""
+    remaining = iter(starts)
+    finished = 0
+    stop = threading.Event()
+
+    def work() -> None:
+        nonlocal finished
+        for start in remaining:  # next() on a range is atomic: each start goes to one thread
+            if stop.is_set():
+                return
+            count = compute(start)
+            with lock:
+                finished += count
+
+    lock = threading.Lock()
+    reported = 0
+    threads = max(1, min(threads or default_threads(), len(starts)))
+    with ThreadPoolExecutor(threads) as pool:
+        try:
+            pending = {pool.submit(work) for _ in range(threads)}
+            while pending:
+                done, pending = wait(pending, timeout=0.1, return_when=FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+                if on_cells is not None and finished > reported:
+                    on_cells(finished - reported)
+                    reported = finished
+        finally:
+            stop.set()

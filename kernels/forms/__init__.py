@@ -1,0 +1,1 @@
+"""Formulations: right-hand sides, events and read-outs."""

@@ -1,0 +1,1 @@
+"""Constant field: the time to failure as an integral."""

@@ -1,0 +1,1 @@
+"""A rising field on the area-strain form: start, steps, control, events."""

@@ -1,0 +1,122 @@
+"""Bringing a lane that crossed an event of its climb back onto it: the instability, or a given load before it.
+
+The right-hand side of `forms/area_strain.py` is regular on both sides of either event, so a landing is a step or two
+of signed length, aimed by the derivatives known where the lane is.
+"""
+
+import math
+
+import numpy as np
+
+from .._jit import device
+from ..forms.area_strain import event
+from .state import (
+    AT_INSTABILITY,
+    AT_LOAD,
+    EXCESS,
+    GLOBAL,
+    NEW,
+    SCALE,
+    SLOPES,
+    SPEED,
+    STATUS,
+    STEP,
+    TARGET,
+    TIGHTNESS,
+    TO_INSTABILITY,
+    TO_LOAD,
+    TRIAL,
+    P,
+    V,
+    Y,
+)
+
+# A landing ends when what its Taylor polynomial leaves out is this share of the error allowed.
+LEFT = 0.01
+# What rounding leaves to be asked for.
+LARGEST_TIGHTNESS = 1e15
+
+
+@device
+def cubic_root(f0, d0, f1, d1, length):
+    """Where on a step a quantity vanishes that changes sign over it, from values and derivatives at both ends.
+
+    Returns the distance from the beginning of the step: cubic Hermite interpolation, its root by Newton's method
+    within a bracket, good to some digits: it is an aim, and what it misses the landing makes good.
+    """
+    low = 0.0
+    high = 1.0
+    a = d0 * length
+    b = 3.0 * (f1 - f0) - (2.0 * d0 + d1) * length
+    c = (d0 + d1) * length - 2.0 * (f1 - f0)
+    x = f0 / (f0 - f1)
+    for _ in range(3):
+        value = f0 + x * (a + x * (b + x * c))
+        if (value > 0.0) == (f0 > 0.0):
+            low = x
+        else:
+            high = x
+        x = x - value / (a + x * (2.0 * b + 3.0 * x * c))
+        if not low < x < high:
+            x = 0.5 * (low + high)
+    return x * length
+
+
+@device
+def aim_between(w, i, last):
+    """Length of a step that ends on the event which the last attempt crossed, by cubic interpolation over it."""
+    p, speed, target, length = w[P, i], w[SPEED, i], w[TARGET, i], w[TRIAL, i]
+    e0, D0, change0, K0 = event(w[V, i], w[Y, i], w[SLOPES, i], p, speed)
+    e1, D1, change1, K1 = event(w[V, i] + length, w[NEW, i], w[last, i], p, speed)
+    if D1 > 0.0 and e1 >= target:
+        w[STATUS, i] = TO_LOAD
+        w[STEP, i] = cubic_root(e0 - target, K0 * D0, e1 - target, K1 * D1, length)
+        return
+    fold = cubic_root(D0, change0, D1, change1, length)
+    w[STATUS, i] = TO_INSTABILITY
+    w[STEP, i] = fold
+    # The load rises from its slope at the beginning to no slope at the fold: a parabola guesses how high.
+    if e0 + 0.5 * K0 * D0 * fold > target:
+        w[STATUS, i] = TO_LOAD
+        highest = e0 + 0.5 * K0 * D0 * fold
+        w[STEP, i] = fold * (1.0 - np.sqrt((highest - target) / (highest - e0)))
+
+
+@device
+def land(w, i, rtol):
+    """Verdict on a lane close to its event: done, or the signed length of its next step.
+
+    Returns whether the event is reached with an error too large, so that the lane has to begin again.
+    """
+    v, y, target = w[V, i], w[Y, i], w[TARGET, i]
+    e, D, change, K = event(v, y, w[SLOPES, i], w[P, i], w[SPEED, i])
+    if w[STATUS, i] == TO_INSTABILITY:
+        aim = -D / change
+        # de/dv and dr/dv vanish at the instability: half of either, times the distance, leaves a third-order error.
+        highest = e + 0.5 * K * D * aim
+        # Whether a load in between is reached takes e relative to what relaxation does to it, which is p.
+        share = LEFT * rtol * (min(1.0, w[P, i]) if target < math.inf else 1.0)
+        if abs(aim * aim * aim) <= share:
+            if highest <= target:
+                w[EXCESS, i] = highest
+                w[STATUS, i] = AT_INSTABILITY
+            else:
+                w[STATUS, i] = TO_LOAD
+                aim -= np.sqrt(-2.0 * (highest - target) / (K * change))
+    else:
+        # e(v + aim) = target, with de/dv = K D and its derivative, which is K dD/dv near the instability.
+        gap = target - e
+        rise = K * D
+        square = rise * rise + 2.0 * K * change * gap
+        if square < 0.0:  # the load looks out of reach from here: see how high it gets
+            w[STATUS, i] = TO_INSTABILITY
+            w[STEP, i] = -D / change
+            return False
+        aim = 2.0 * gap / (rise + np.sqrt(square))
+        if aim * aim <= LEFT * rtol * min(1.0, w[SCALE, i]):
+            w[EXCESS, i] = target
+            w[STATUS, i] = AT_LOAD
+    w[STEP, i] = aim
+    # Relative errors of the field and of the stretch at the instability are at most that of r = (1 - y)/u.
+    too_far = w[GLOBAL, i] > rtol * min(1.0 - y, w[SCALE, i]) and w[TIGHTNESS, i] < LARGEST_TIGHTNESS
+    return w[STATUS, i] >= AT_INSTABILITY and too_far

@@ -1,0 +1,77 @@
+"""The block of lanes of a climb on the area-strain form: one local array, (rows, lanes), as in `lane_state.py`."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+# Status of a lane, kept as a float among its rows.
+CLIMBING = 0.0
+TO_INSTABILITY = 1.0  # a step crossed the instability: landing on it
+TO_LOAD = 2.0  # a step crossed the given load, or it lies before an instability already located: landing on it
+AT_INSTABILITY = 3.0
+AT_LOAD = 4.0
+SPENT = 5.0
+
+# Rows of the block: what changes on the way,
+STATUS = 0
+V = 1  # square root of the area strain
+Y = 2  # 1 - (xi/lambda)**2
+STEP = 3  # step length proposed for a climbing lane, aim of a landing one
+TRIAL = 4  # step length of this attempt; zero in a lane that is done
+NEW = 5  # state after this attempt
+EVENT = 6  # what this attempt met
+EXCESS = 7  # load over e_C at the event
+GROWTH = 8  # df/dy of dy/dv = f
+GLOBAL = 9  # estimated error of the state so far: those of the steps, carried on by the linearised equation
+PREVIOUS = 10  # root of the estimated error of the last accepted step over what was allowed
+COUNT = 11  # attempts so far
+# what a lane is given,
+P = 12  # modulus ratio - 1
+SPEED = 13  # 2 k sqrt(e_C)
+TARGET = 14  # load over e_C at which to stop; inf for none
+TIGHTNESS = 15  # one over the relative error allowed in a step
+SCALE = 16  # size of y against which its errors count, where y itself is larger
+REFERENCE = 17  # size of y against which its errors count, where y itself is smaller
+START_V = 18  # state to begin with, the slope and its growth there, the first step
+START_Y = 19
+START_SLOPE = 20
+START_GROWTH = 21
+START_STEP = 22
+RATE = 23  # k
+FIELD = 24  # at which to stop, in Ec
+# and the derivatives, one row a stage, the one at the new state last.
+SLOPES = 25
+
+# What is left of a lane when it is done: rows of the result of a climb.
+REACHED = (V, Y, SLOPES, STEP, EXCESS)
+REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_EXCESS = range(len(REACHED))
+
+
+class AreaMethod(NamedTuple):
+    """A way to take one step of dy/dv on a block of lanes.
+
+    Attributes
+    ----------
+    attempt : callable
+        ``attempt(w)``: from ``V``, ``Y``, the slope there and ``TRIAL``, the state ``NEW`` and, in row ``last``, the
+        slope there.
+    error : callable
+        ``error(w, i, size)``: estimated error of the step over ``size``.
+    root : callable
+        ``root(x)``: the root by which that error, in single precision, is turned into a factor for the step length.
+    late_start : bool
+        Whether a slow ramp begins where the film has yet to forget the start: explicit methods cannot do without.
+    share : float
+        Share of the error allowed that a step may take in an elastic film, so that few lanes have to begin again.
+    last : int
+        Row of the slope at the new state.
+    rows : int
+        Rows of the block.
+    """
+
+    attempt: Callable[..., Any]
+    error: Callable[..., Any]
+    root: Callable[..., Any]
+    late_start: bool
+    share: float
+    last: int
+    rows: int

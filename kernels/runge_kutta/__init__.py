@@ -1,0 +1,1 @@
+"""Runge-Kutta methods for any formulation: tableaus, steps, control, events, integration loop."""

@@ -1,0 +1,139 @@
+"""Solving no more than the scene needs: a ramp as one scalar equation, a constant field as one integral."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ._jit import device
+from .hold import near_instant, quadrature
+from .lane_state import AT_END, BUDGET_SPENT, FAILED, next_cells
+from .model import CRITICAL_LOAD, CRITICAL_U, instant_gap, upper_stiffness
+from .rising import driver as ramp
+from .rising import state as lane
+from .rising.state import AreaMethod
+from .sweep import CRITICAL_FIELD, CRITICAL_INTERNAL_STRETCH, CRITICAL_STRETCH, FIELD, MODULUS_RATIO, TIME_TO_FAILURE
+
+
+@device
+def _read_hold(w, i, field, cell, result):
+    """Write what a lane found for a cell under a constant field; returns its status."""
+    rest = w[quadrature.FOUND, i]
+    time = w[quadrature.BEFORE, i] + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
+    if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
+        return BUDGET_SPENT
+    result[TIME_TO_FAILURE, cell] = time
+    beyond = w[quadrature.CENTRE, i] + w[quadrature.HALF, i]
+    result[CRITICAL_STRETCH, cell] = (1.0 + beyond) / np.sqrt(CRITICAL_U)
+    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
+    result[CRITICAL_FIELD, cell] = field
+    return FAILED
+
+
+@device
+def solve_step(w, status, given, tolerance, step, attempts, found):
+    """Solver of `sweep.in_blocks` for a field applied at once and held."""
+    lanes = w.shape[1]
+    rung = np.empty(lanes, np.int64)
+    for i in range(lanes):
+        field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
+        quadrature.prepare(w, i, field, p, quadrature.start_of_step(field, p))
+        w[quadrature.BEFORE, i] = 0.0
+        rung[i] = quadrature.first_rung(p, tolerance)
+    quadrature.integrate(w, rung, tolerance)
+    for i in range(lanes):
+        field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
+        if given[MODULUS_RATIO, i] - field * field < near_instant.WIDEST * p:
+            gap = instant_gap(field, given[MODULUS_RATIO, i])
+            b, end = near_instant.end_of_life(field, p, gap)
+            w[quadrature.FOUND, i] = near_instant.life(field, p, b, end, quadrature.start_of_step(field, p))
+            w[quadrature.INTERNAL, i] = 1.0 / (1.0 - b)
+        status[i] = _read_hold(w, i, given[FIELD, i], i, found)
+
+
+@device
+def _internal(reached, cell, share):
+    """Return r = xi**2 = (1 - y)(1 + v**2) at the event, from the state close to it and a share of dr/dv there."""
+    v, z = reached[lane.REACHED_V, cell], 1.0 - reached[lane.REACHED_Y, cell]
+    area = 1.0 + v * v
+    change = 2.0 * v * z - reached[lane.REACHED_SLOPE, cell] * area
+    return z * area + share * reached[lane.REACHED_AIM, cell] * change
+
+
+@device
+def _read_ramp(reached, cell, rate, p, result):
+    """Write what a cell found at the instability on a ramp; returns its status."""
+    r = _internal(reached, cell, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance left
+    load = CRITICAL_LOAD + reached[lane.REACHED_EXCESS, cell]
+    field = np.sqrt(load / CRITICAL_LOAD)
+    if not field / rate < math.inf:
+        return BUDGET_SPENT
+    result[TIME_TO_FAILURE, cell] = field / rate
+    # There e = (3/4) A u: (23) at (25).
+    result[CRITICAL_STRETCH, cell] = np.sqrt(0.75 * upper_stiffness(r, p) / load)
+    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(r)
+    result[CRITICAL_FIELD, cell] = field
+    return FAILED
+
+
+@device
+def _without_end(field, modulus_ratio):
+    return math.inf
+
+
+@device
+def _up_to_hold(field, modulus_ratio):
+    # No film gets past the field at which it fails at once, so no hold beyond ends its climb.
+    return field if field * field < modulus_ratio else math.inf
+
+
+def make_solve_ramp(method: AreaMethod, lanes: int) -> Callable[..., Any]:
+    """Make the solver of `sweep.make_sweep` for a field that rises without end."""
+    climb = ramp.make_climb(method, _without_end, lanes)
+
+    @device
+    def solve_ramp(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        reached = np.empty((len(lane.REACHED), status.size))
+        climb(field, rate, modulus_ratio, tolerance, status, reached)
+        for cell in range(status.size):
+            if status[cell] == FAILED:
+                status[cell] = _read_ramp(reached, cell, rate[cell], modulus_ratio[cell] - 1.0, result)
+
+    return solve_ramp
+
+
+def make_solve_ramp_hold(method: AreaMethod, lanes: int) -> Callable[..., Any]:
+    """Make the solver of `sweep.make_sweep` for a field that rises, then holds."""
+    climb = ramp.make_climb(method, _up_to_hold, lanes)
+
+    @device
+    def solve_holds(field, rate, modulus_ratio, tolerance, status, reached, result):
+        w = np.empty((quadrature.ROWS, lanes))
+        cells = np.empty(lanes, np.int64)
+        rung = np.empty(lanes, np.int64)
+        count, first = next_cells(status, 0, AT_END, cells)
+        while count > 0:
+            for i in range(lanes):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                start = quadrature.start_of_hold(field[cell], p, _internal(reached, cell, 1.0))
+                quadrature.prepare(w, i, field[cell], p, start)
+                w[quadrature.BEFORE, i] = field[cell] / rate[cell]
+                rung[i] = quadrature.first_rung(p, tolerance)
+            quadrature.integrate(w, rung, tolerance)
+            for i in range(count):
+                cell = cells[i]
+                status[cell] = _read_hold(w, i, field[cell], cell, result)
+            count, first = next_cells(status, first, AT_END, cells)
+
+    @device
+    def solve_ramp_hold(field, rate, modulus_ratio, tolerance, step, attempts, status, result):
+        reached = np.empty((len(lane.REACHED), status.size))
+        climb(field, rate, modulus_ratio, tolerance, status, reached)
+        for cell in range(status.size):
+            if status[cell] == FAILED:
+                status[cell] = _read_ramp(reached, cell, rate[cell], modulus_ratio[cell] - 1.0, result)
+        solve_holds(field, rate, modulus_ratio, tolerance, status, reached, result)
+
+    return solve_ramp_hold

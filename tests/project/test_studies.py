@@ -1,0 +1,105 @@
+"""The studies: each runs small, says where it ran, and shows the figures that its page names."""
+
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dea_maps as dm
+from dea_maps.limits.voltages import time_in_words
+from dea_maps.materials.toml import material_of
+from dea_maps.sweeps.methods import choose
+
+STUDIES = Path(__file__).parents[2] / "studies"
+sys.path.append(str(STUDIES))
+from common.options import study_parser  # noqa: E402 -- found once the line above is read
+
+RUNS = sorted(STUDIES.glob("*/run.py"))
+PAGES = sorted(STUDIES.glob("*/README.md"))
+FIGURE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")
+
+
+def folder_name(path):
+    return path.parent.name
+
+
+@pytest.fixture(scope="module")
+def copied(tmp_path_factory):
+    """Return a copy of what the studies are run from."""
+    root = tmp_path_factory.mktemp("checkout")
+    shutil.copytree(STUDIES, root / "studies")
+    (root / "tests").symlink_to(STUDIES.parent / "tests")
+    return root
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"}
+
+
+@pytest.mark.parametrize("study", [run.parent.name for run in RUNS])
+def test_study_runs_small_and_changes_nothing_that_is_tracked(study, copied, tmp_path):
+    before = contents(copied / "studies")
+    command = [sys.executable, str(copied / "studies" / study / "run.py"), "--quick"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    ending = "\n".join(done.stdout.splitlines()[-6:]).lower()
+    assert "machine" in ending and "versions" in ending
+    kinds = {path.suffix for path in (copied / "out" / study).rglob("*.*")}
+    assert kinds >= {".png", ".nc"}
+    assert contents(copied / "studies") == before
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_study_writes_where_it_is_told(tmp_path):
+    parser = study_parser(str(RUNS[0]), None, quick="")
+    assert f"default: out/{RUNS[0].parent.name} in the checkout" in " ".join(parser.format_help().split())
+    options = parser.parse_args(["--output", str(tmp_path / "new" / "folder")])
+    assert options.output == tmp_path / "new" / "folder"
+    assert options.output.is_dir()
+
+
+def test_a_folder_that_cannot_be_made_is_said(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SystemExit, match="2"):
+        study_parser(str(RUNS[0]), None, quick="").parse_args(["--output", str(tmp_path / "file" / "folder")])
+    assert "argument --output: cannot make the folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("page", PAGES, ids=folder_name)
+def test_page_says_what_a_study_says(page):
+    text = page.read_text(encoding="utf-8")
+    assert all(f"**{part}" in text for part in ("Question.", "Command.", "What it shows."))
+    for name in FIGURE.findall(text):
+        assert (page.parent / name).stat().st_size < 300_000
+    for path in page.parent.glob("*.nc"):
+        assert path.stat().st_size < 1_000_000
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-12])
+def test_auto_picks_by_the_rule_that_follows_from_the_studies(rtol):
+    """See studies/tolerance/README.md."""
+    rule = {dm.Step(): ("quadrature", "stretch"), dm.Ramp(): ("dop853", "area"), dm.RampHold(): ("dop853", "area")}
+    for program, pick in rule.items():
+        choice = choose(program, "auto", "auto", rtol, None)
+        assert (choice.method, choice.formulation) == pick
+
+
+def test_page_on_actuators_says_what_its_films_bear():
+    page = (STUDIES / "actuator" / "README.md").read_text(encoding="utf-8")
+    (table,) = re.findall(r"^\| held \| 50 um .*\n\|[-|]*\n((?:\|.*\n)+)", page, re.MULTILINE)
+    said = [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]
+    holds = [1.0, 10.0, 60.0, 600.0, 3600.0, 86400.0, 604800.0, np.inf]
+    assert [row[0] for row in said] == [time_in_words(hold) for hold in holds]
+    specification = STUDIES / "actuator" / "design.toml"
+    tables = tomllib.loads(specification.read_text(encoding="utf-8"))["material"]
+    free, growing, constant = (dm.design(material_of(one, ("thickness",)), [50e-6, 100e-6], holds) for one in tables)
+    volts = [*growing.allowable_voltage, free.allowable_voltage[1], constant.allowable_voltage[1]]
+    for column, found in zip((1, 2, 5, 6), volts, strict=True):
+        np.testing.assert_allclose([float(row[column].removesuffix(" V")) for row in said], found, atol=0.51)
+    assert [row[3] for row in said] == ["breakdown"] * 3 + ["instability"] * 5
+    assert dm.read_design(specification).sizes == {"film": 5, "holding_time": 20}
