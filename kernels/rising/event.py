@@ -33,6 +33,8 @@ from .state import (
 
 # A landing ends when what its Taylor polynomial leaves out is this share of the error allowed.
 LEFT = 0.01
+# Third-order error of the highest load over the second-order rise to it and the distance left, never more by far.
+UNCERTAIN = 10.0
 # What rounding leaves to be asked for.
 LARGEST_TIGHTNESS = 1e15
 
@@ -96,7 +98,10 @@ def land(w, i, rtol):
         highest = e + 0.5 * K * D * aim
         # Whether a load in between is reached takes e relative to what relaxation does to it, which is p.
         share = LEFT * rtol * (min(1.0, w[P, i]) if target < math.inf else 1.0)
-        if abs(aim * aim * aim) <= share:
+        left = abs(aim * aim * aim)
+        # Where that error decides between the two events, it counts against the life that is left under the load.
+        undecided = abs(highest - target) <= UNCERTAIN * abs(aim) * (highest - e)
+        if left <= (share * min(1.0, w[SCALE, i]) if undecided else share):
             if highest <= target:
                 w[EXCESS, i] = highest
                 w[STATUS, i] = AT_INSTABILITY

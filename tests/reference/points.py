@@ -36,6 +36,25 @@ MODULUS_RATIOS = (
 HOLD_RATIOS = (1.0, math.nextafter(1.0, 2.0), 1.0 + 1e-8, 1.01, 1.5, 4.0, 10.0, 100.0, 1000.0)
 HOLD_RATES = (1e-6, 1e-3, 0.1, 1.0, 30.0, 1e5)
 GAPS = (1e-3, 1e-6, 1e-9)
+#: Ramps held beside the field at which they fail: modulus ratios and rates, some of them the worst of random ones for
+#: a method that starts too boldly, follows the end of a slow ramp too boldly, or takes one event for the other.
+CORNERS = (
+    *product((1.01, 1.5, 4.0, 30.0, 1000.0), (1e-5, 1e-2, 1.0, 30.0, 1e4)),
+    (1.4804396758828298, 3.7783428139487434),
+    (1.6776, 6.3862),
+    (6.649289374680985, 26.037324773669248),
+    (65.3655423846561, 81.25511314125154),
+    (57.21705239780105, 57.89224545858853),
+    (1.2157939286049453, 6.8178906594862e-05),
+    (1.3892006386586462, 1.852275406997094e-05),
+    (1.3021394180642285, 3.98420826226799e-06),
+    (1.0000714895218656, 66603.80886166825),
+    (1.0004805078680732, 49709.88829338653),
+    (1.0000013604908453, 2991.00441640663),
+)
+#: Distances of the held field from the one of failure, relative; one of each for a ramp.
+ABOVE = (1e-12, 1e-8, 1e-4, 1e-1)
+BELOW = (1e-1, 1e-3, 1e-4, 1e-6, 1e-7, 1e-9, 1e-10, 2e-11, 4e-12)
 
 
 def points(program: str) -> list[dict[str, float]]:
@@ -97,6 +116,17 @@ def ramp_hold_points() -> Iterator[dict[str, float]]:
     for m in np.exp(random.uniform(0, math.log(1000), 80)):
         field = float(random.uniform(0.9, 1.05 * math.sqrt(m)))
         yield {"modulus_ratio": float(m), "field": field, "rate": float(10 ** random.uniform(-6, 5))}
+    yield from corner_points()
+
+
+def corner_points() -> Iterator[dict[str, float]]:
+    """Yield modulus ratio, field and rate with the field beside that of failure, where the film fails at either."""
+    for number, (m, rate) in enumerate(CORNERS):
+        limit = failing_field(m, rate)
+        above = limit * (1 + ABOVE[number % len(ABOVE)])
+        below = max(limit * (1 - BELOW[number % len(BELOW)]), (1 + limit) / 2)
+        for field in (above, below):
+            yield {"modulus_ratio": m, "field": field, "rate": rate}
 
 
 def failing_field(m: float, rate: float) -> float:

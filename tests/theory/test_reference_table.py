@@ -98,6 +98,15 @@ def test_class_boundaries_are_there(table):
         assert here >= {root, math.nextafter(root, 0), math.nextafter(root, 10 * m), root * (1 - 1e-12)}
 
 
+def test_both_sides_of_corners_are_there(module, table):
+    """Ramps held just above and just below the field at which they fail."""
+    rows = [row for row in table.read("ramp_hold") if float(row["field"]) > 1]
+    for m, rate in module("points").CORNERS:
+        here = [row for row in rows if (float(row["modulus_ratio"]), float(row["rate"])) == (m, rate)]
+        fails_rising = {"fails_rising" in row["regime"] for row in here}
+        assert fails_rising == {True, False}, (m, rate)
+
+
 def test_a_changed_table_is_refused(table, tmp_path, monkeypatch):
     text = (FOLDER / "ramp.csv").read_text(encoding="utf-8")
     monkeypatch.setattr(table, "FOLDER", tmp_path)
