@@ -63,7 +63,7 @@ def answers(
         ds = dm.sweep(PROGRAMS[program], rtol=rtol, **arrays)
         return ds.outcome.values, np.array([ds[name].values for name in RESULTS]), ds.final_stretch.values
     count = points["outcome"].size
-    columns = [given.get(name, np.zeros(count)) for name in ("field", "rate", "modulus_ratio")]
+    columns = [np.ascontiguousarray(given.get(name, np.zeros(count))) for name in ("field", "rate", "modulus_ratio")]
     status, result = np.empty(count, np.int8), np.empty((5, count))
     sweep_for(program, formulation, method)(*columns, rtol, 0.0, ATTEMPTS, status, result)
     words = {lane_state.SURVIVES: 0, lane_state.FAILED: 1, lane_state.FAILS_AT_ONCE: 2}
