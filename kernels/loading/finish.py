@@ -17,7 +17,7 @@ from .._jit import device
 from ..model import CRITICAL_LOAD
 from ..tableaus import DOP853, Row
 from .law import Law
-from .march import EPSILON, SAFETY, factor_of, make_error, make_weighted_sum
+from .march import EPSILON, SAFETY, factor_of, make_errors, make_weighted_sum
 from .pieces import Waves, describe
 from .rows import (
     BARRED,
@@ -52,6 +52,8 @@ ROWS = CHANGES + DOP853.stages + 1
 LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
 
 ATTEMPTS = 200
+# The few steps of a finish are to be that much more accurate than those in time: their errors add to the time itself.
+TIGHTER = 20.0
 # A step this short, over the stiffness at the start, that still leads to Q >= 0: the film turns back.
 SHORTEST = 0.02
 
@@ -107,7 +109,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     stages = [_make_stage(slopes, row, stage + 1) for stage, row in enumerate(DOP853.rows)]
     s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = stages
     time_sum, change_sum = make_weighted_sum(DOP853.weights, TIMES), make_weighted_sum(DOP853.weights, CHANGES)
-    time_error, change_error = make_error(TIMES), make_error(CHANGES)
+    time_errors, change_errors = make_errors(TIMES), make_errors(CHANGES)
 
     @device
     def attempt(w):
@@ -147,8 +149,8 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             # Of the whole time, and of the change of r since the start of the passage, as in march.py.
             long = w[BEFORE, i] + t + 1e-300
             size = min(abs(r), abs(y) + abs(length * w[CHANGES, i])) + 1e-300
-            a = time_error(w, i, length / long)
-            b = change_error(w, i, length / size)
+            _, a = time_errors(w, i, length / long)
+            _, b = change_errors(w, i, length / size)
             relative = max(a, b) * w[TIGHT, i]
             good = (w[BAD_, i] == 0.0) & (relative <= 1.0) & (r > 0.0)
             factor = factor_of(relative)
@@ -199,7 +201,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         w[FREQUENCY_, i] = frequency
         w[DURATION_, i] = duration
         w[BEFORE, i] = kept[OFFSET, passage]
-        w[TIGHT, i] = kept[TIGHTNESS, passage]
+        w[TIGHT, i] = TIGHTER * kept[TIGHTNESS, passage]
         # An error of r at this time is one of time and r at this stiffness.
         bend, load_of_r, of_r = ends(r, p[cell], sigma[cell], x)
         rounding = 4.0 * EPSILON * (1.0 + p[cell] / r)

@@ -79,6 +79,8 @@ AHEAD = 1.5
 # Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
 AT_REST = 1e-8
 RELAXATIONS = 40.0
+# Ratio of D**2 at both ends of a step below which it is next to the instability.
+UNEVEN = 0.2
 # Error of r in a step that always passes: below rounding.
 FLOOR = 1e-16
 
@@ -163,20 +165,25 @@ def _make_attempt(law: Law, waves: Waves) -> Callable[..., Any]:
     return attempt
 
 
-def make_error(first: int) -> Callable[..., Any]:
-    """Make ``error(w, i, size)``: estimated relative error of a step, ``size`` being the step over the scale."""
+def make_errors(first: int) -> Callable[..., Any]:
+    """Make ``errors(w, i, size)``: relative errors of a step, ``size`` being its length over the scale.
+
+    First that of the embedded solution of order 5, which holds whatever the solution does, then the one extrapolated
+    from both embedded solutions to the order 8 that is carried on, where the solution is smooth.
+    """
     fifth = make_weighted_sum(DOP853.errors[0], first)
     third = make_weighted_sum(DOP853.errors[1], first)
 
     @device
-    def error(w, i, size):
-        # Estimates that vanish like h**6 and h**4, each raised to h**9, and the larger taken.
+    def errors(w, i, size):
+        # a vanishes like h**6 and b like h**4. Each alone, raised to h**9, is too small where the step is long, and
+        # vanishes where it changes sign; a times a/b, h**8, sees how fast the errors fall with the order.
         a = abs(size * fifth(w, i))
         b = abs(size * third(w, i))
-        root = np.sqrt(max(a * a, b * b * b))
-        return root * np.sqrt(root)
+        rough = max(a, b * np.sqrt(b))
+        return rough, max(rough * np.sqrt(rough), 3.0 * a * a / (a + b + 1e-300))
 
-    return error
+    return errors
 
 
 @device
@@ -190,7 +197,7 @@ def factor_of(relative):
 def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
     local, field, field_rate = law.local, waves.field, waves.rate
-    error = make_error(SLOPES)
+    errors = make_errors(SLOPES)
 
     @device
     def judge(w):
@@ -202,17 +209,20 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             flow = w[LAST, i]
             change = abs(y) + abs(length * w[SLOPES, i])
             scale = min(abs(r), max(change, FLOOR * w[TIGHTNESS, i]))
-            estimate = error(w, i, length / scale)
-            relative = estimate * w[TIGHTNESS, i]
+            rough, fine = errors(w, i, length / scale)
             E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             rate = field_rate(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             load_rate = 2.0 * CRITICAL_LOAD * E * rate
             d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
+            s0, s1 = w[D, i] * w[D, i], d * d
+            # Next to the instability the solution is not smooth: no power of the estimate follows the error.
+            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1)
+            estimate = fine if smooth else rough
+            relative = estimate * w[TIGHTNESS, i]
             settled = w[BAD, i] == 0.0
             good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
 
             # The tangents of D**2 at both ends: where they meet below zero, the film may have failed in between.
-            s0, s1 = w[D, i] * w[D, i], d * d
             m0, m1 = 2.0 * length * w[Q, i], 2.0 * length * q
             meet = (s1 - s0 - m1) / (m0 - m1)
             missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
