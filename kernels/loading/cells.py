@@ -62,7 +62,7 @@ FIXING = 1  # towards the fixed point of the map of a cycle
 PROVING = 2  # from beside it: the certificate
 
 # Share of the error allowed in a result that a step may take, at first.
-SHARE = 0.03
+SHARE = 0.3
 LARGEST_TIGHTNESS = 1e15
 # Doubt from which on whether a film got past the instability is not decided.
 DOUBTFUL = 0.25
