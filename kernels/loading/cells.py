@@ -15,7 +15,7 @@ from ..lanes import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
 from .finish import make_finish
 from .law import Law
-from .march import EPSILON, make_march
+from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
     CRITICAL_FIELD,
@@ -46,6 +46,7 @@ from .rows import (
     PIECE,
     READY,
     RESOLUTION,
+    ROUNDING,
     STEP,
     TIGHTNESS,
     TIME_ERROR,
@@ -63,7 +64,7 @@ PROVING = 2  # from beside it: the certificate
 
 # Share of the error allowed in a result that a step may take, at first.
 SHARE = 0.3
-LARGEST_TIGHTNESS = 1e15
+LARGEST_TIGHTNESS = 1e16
 # Doubt from which on whether a film got past the instability is not decided.
 DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
@@ -85,8 +86,9 @@ CYCLE_TIME = 9
 LIMIT_LEAST = 10  # of the limit cycle
 LIMIT_MOST = 11
 RETURN_DOUBT = 12
-TRIED = 13
-NOTES = 14
+RETURN_ROUNDING = 13
+TRIED = 14
+NOTES = 15
 
 
 def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]:
@@ -228,7 +230,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                             continue
                         excess = kept[DOUBT, cell] / DOUBTFUL
                         if carried:
-                            excess = max(excess, 3.0 * kept[ERROR, cell] / abs(turning - r))
+                            excess = max(excess, 3.0 * total_error(kept[ERROR, cell], kept[ROUNDING, cell]) / abs(turning - r))
                         if carried and (r <= turning or p[cell] == 0.0):
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
@@ -246,6 +248,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                         continue
                     else:
                         change, error, doubt = kept[Y, cell], kept[ERROR, cell], kept[DOUBT, cell]
+                        rounding = kept[ROUNDING, cell]
                         ratio = np.exp(kept[GAIN, cell])
                         step, base = kept[STEP, cell], kept[BASE, cell]
                         allowed = kept[TIGHTNESS, cell]
@@ -256,6 +259,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                             notes[RETURN_R, cell] = r
                             notes[RETURN_ERROR, cell] = error
                             notes[RETURN_DOUBT, cell] = doubt
+                            notes[RETURN_ROUNDING, cell] = rounding
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
                             notes[LAST_R, cell] = base
@@ -264,13 +268,15 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                         else:
                             kept[ERROR, cell] = error
                             kept[DOUBT, cell] = doubt
+                            kept[ROUNDING, cell] = rounding
                 else:
                     # On the way to the fixed point, or beside it.
-                    start, change, error = kept[BASE, cell], kept[Y, cell], kept[ERROR, cell]
+                    start, change = kept[BASE, cell], kept[Y, cell]
+                    error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
                     ratio = np.exp(kept[GAIN, cell])
                     allowed = kept[TIGHTNESS, cell]
                     vain = failed or kept[DOUBT, cell] > DOUBTFUL
-                    noise = error + 4.0 * EPSILON * start
+                    noise = error + EPSILON * start
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
@@ -314,6 +320,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                         set_out(kept, cell, notes[RETURN_R, cell], E, allowed, resolution)
                         kept[ERROR, cell] = notes[RETURN_ERROR, cell]
                         kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
+                        kept[ROUNDING, cell] = notes[RETURN_ROUNDING, cell]
                         state[cell] = READY
                 if verdict != RUNNING:
                     if excess <= 1.0:

@@ -17,7 +17,7 @@ from .._jit import device
 from ..model import CRITICAL_LOAD
 from ..tableaus import DOP853, Row
 from .law import Law
-from .march import EPSILON, SAFETY, factor_of, make_errors, make_weighted_sum
+from .march import EPSILON, SAFETY, factor_of, make_errors, make_weighted_sum, total_error
 from .pieces import Waves, describe
 from .rows import (
     BARRED,
@@ -32,6 +32,7 @@ from .rows import (
     OFFSET,
     PIECE,
     READY,
+    ROUNDING,
     TIGHTNESS,
     TIME_ERROR,
     T,
@@ -205,9 +206,10 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         # An error of r at this time is one of time and r at this stiffness.
         bend, load_of_r, of_r = ends(r, p[cell], sigma[cell], x)
         rounding = 4.0 * EPSILON * (1.0 + p[cell] / r)
-        late = abs(((of_r * d + bend * abs(load_of_r)) * kept[ERROR, passage] + d * rounding) / q)
+        error = total_error(kept[ERROR, passage], kept[ROUNDING, passage])
+        late = abs(((of_r * d + bend * abs(load_of_r)) * error + d * rounding) / q)
         w[OF_TIME, i] = late
-        w[OF_STATE, i] = kept[ERROR, passage] + abs(f) * late
+        w[OF_STATE, i] = error + abs(f) * late
         w[TIMES, i] = -d / q
         w[CHANGES, i] = -f * d / q
         w[TRIAL, i] = d
@@ -245,6 +247,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                     kept[X, passage] = w[UNKNOWN, i]
                     kept[TIME_ERROR, passage] = w[OF_TIME, i]
                     kept[ERROR, passage] = w[OF_STATE, i]
+                    kept[ROUNDING, passage] = 0.0
                     kept[LEAST, passage] = min(kept[LEAST, passage], w[LOW, i])
                     kept[MOST, passage] = max(kept[MOST, passage], w[HIGH, i])
                 else:

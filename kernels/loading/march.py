@@ -45,6 +45,7 @@ from .rows import (
     RATE_OF_X,
     READY,
     RESOLUTION,
+    ROUNDING,
     SIGMA,
     SLOPE,
     SLOPES,
@@ -81,8 +82,16 @@ AT_REST = 1e-8
 RELAXATIONS = 40.0
 # Ratio of D**2 at both ends of a step below which it is next to the instability.
 UNEVEN = 0.2
+# Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
+NOISE = 1e-12
 # Error of r in a step that always passes: below rounding.
-FLOOR = 1e-16
+FLOOR = 1e-17
+
+
+@device
+def total_error(error, rounding):
+    """Error of r by the method and by rounding, whose parts add like independent ones: two standard deviations."""
+    return error + 2.0 * np.sqrt(rounding)
 
 
 def make_weighted_sum(weights: Row, first: int) -> Callable[..., Any]:
@@ -181,7 +190,7 @@ def make_errors(first: int) -> Callable[..., Any]:
         a = abs(size * fifth(w, i))
         b = abs(size * third(w, i))
         rough = max(a, b * np.sqrt(b))
-        return rough, max(rough * np.sqrt(rough), 3.0 * a * a / (a + b + 1e-300))
+        return rough, max(rough * np.sqrt(rough), 3.0 * a * a / (a + b + NOISE))
 
     return errors
 
@@ -249,11 +258,15 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
 
             growing = 0.5 * length * (w[GROWTH, i] + growth)
-            rounding = EPSILON * (change + abs(r) * min(1.0, abs(growing)))
-            carried = w[ERROR, i] * np.exp(min(growing, 100.0)) + estimate * scale + rounding
+            grown = np.exp(min(growing, 100.0))
+            carried = w[ERROR, i] * grown + estimate * scale
+            # Of the sum y, of F, and of r in F.
+            parts = y * y + 4.0 * (change - abs(y)) * (change - abs(y)) + r * r * min(1.0, growing * growing)
+            rounding = w[ROUNDING, i] * grown * grown + 0.25 * EPSILON * EPSILON * parts
             w[ERROR, i] = carried if accepted else w[ERROR, i]
+            w[ROUNDING, i] = rounding if accepted else w[ROUNDING, i]
             w[GAIN, i] += growing if accepted else 0.0
-            doubt = max(w[DOUBT, i], carried * fragility / s1)
+            doubt = max(w[DOUBT, i], total_error(carried, rounding) * fragility / s1)
             w[DOUBT, i] = doubt if accepted else w[DOUBT, i]
             w[T, i] = w[T, i] + length if accepted else w[T, i]
             w[Y, i] = y if accepted else w[Y, i]
@@ -324,10 +337,11 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         else:
             carried = load(r, p, sigma, x)
             beyond = E >= np.sqrt(carried / CRITICAL_LOAD)
-            if w[ERROR, i] > 0.0:
+            error = total_error(w[ERROR, i], w[ROUNDING, i])
+            if error > 0.0:
                 _, load_of_r, _ = ends(r, p, sigma, x)
                 gap = abs(carried - CRITICAL_LOAD * E * E)
-                w[DOUBT, i] = max(w[DOUBT, i], abs(load_of_r) * w[ERROR, i] / gap)
+                w[DOUBT, i] = max(w[DOUBT, i], abs(load_of_r) * error / gap)
         w[X, i] = x if beyond else begin(r, p, sigma, E)
         w[LEAST, i] = min(w[LEAST, i], w[X, i])
         w[MOST, i] = max(w[MOST, i], w[X, i])
@@ -348,7 +362,8 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         w[Q, i] = q
         w[GROWTH, i] = growth
         w[RATE_OF_X, i] = rate_of_x
-        w[DOUBT, i] = max(w[DOUBT, i], w[ERROR, i] * fragility / (d * d))
+        error = total_error(w[ERROR, i], w[ROUNDING, i])
+        w[DOUBT, i] = max(w[DOUBT, i], error * fragility / (d * d))
 
     @device
     def enter(kind, scale, source, columns, cell, w, i, E):
