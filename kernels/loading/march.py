@@ -7,7 +7,7 @@ change, of which cycles consist, is accurate relative to itself.
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -302,14 +302,28 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
     return judge
 
 
-def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
-    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept)``.
+class Passage(NamedTuple):
+    """What a lane takes to go through a program.
 
-    Every passage (column of ``kept`` (KEPT, passages), of the cell ``cells[passage]``) whose status is READY goes on
-    until it is NEAR the instability, has ENDED, JUMPED beyond what the film carries, or is SPENT.
+    Attributes
+    ----------
+    attempt, judge : callable
+        ``attempt(w)`` one step of every lane, ``judge(w)`` accepts or rejects it and says what was met, in EVENT.
+    take : callable
+        ``take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage)`` puts a passage into a lane; its
+        status.
+    go_on : callable
+        ``go_on(kind, scale, source, columns, cell, w, i)`` from the end of a piece to the next; the status.
     """
-    attempt = _make_attempt(law, waves)
-    judge = _make_judge(law, waves)
+
+    attempt: Callable[..., Any]
+    judge: Callable[..., Any]
+    take: Callable[..., Any]
+    go_on: Callable[..., Any]
+
+
+def make_passage(law: Law, waves: Waves) -> Passage:
+    """Make the functions that take lanes through a program."""
     flow, local, begin, critical, load, ends = law.flow, law.local, law.begin, law.critical, law.load, law.ends
     field, field_rate = waves.field, waves.rate
 
@@ -408,6 +422,24 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         return READY
 
     @device
+    def go_on(kind, scale, source, columns, cell, w, i):
+        E = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
+        w[OFFSET, i] += w[DURATION, i]
+        w[PIECE, i] += 1.0
+        return enter(kind, scale, source, columns, cell, w, i, E)
+
+    return Passage(_make_attempt(law, waves), _make_judge(law, waves), take, go_on)
+
+
+def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
+    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept)``.
+
+    Every passage (column of ``kept`` (KEPT, passages), of the cell ``cells[passage]``) whose status is READY goes on
+    until it is NEAR the instability, has ENDED, JUMPED beyond what the film carries, or is SPENT.
+    """
+    attempt, judge, take, go_on = make_passage(law, waves)
+
+    @device
     def march(kind, scale, source, columns, p, sigma, cells, status, kept):
         w = np.zeros((ROWS, lanes))
         held = np.empty(lanes, np.int64)
@@ -422,12 +454,7 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                 if passage != VACANT and w[EVENT, i] != NOTHING:
                     state = READY
                     if w[EVENT, i] == PIECE_DONE:
-                        cell = cells[passage]
-                        piece = np.int64(w[PIECE, i])
-                        E = field_at_end(kind, scale, source, columns, piece, cell)
-                        w[OFFSET, i] += w[DURATION, i]
-                        w[PIECE, i] += 1.0
-                        state = enter(kind, scale, source, columns, cell, w, i, E)
+                        state = go_on(kind, scale, source, columns, cells[passage], w, i)
                     else:
                         state = NEAR if w[EVENT, i] == CLOSE else SPENT
                     if state != READY:
