@@ -15,9 +15,8 @@ import numpy as np
 
 from .._jit import device
 from ..model import CRITICAL_LOAD
-from ..tableaus import DOP853, Row
 from .law import Law
-from .march import EPSILON, SAFETY, factor_of, make_errors, make_weighted_sum, total_error
+from .march import EPSILON, NODES, SAFETY, STAGES, add_slopes, factor_of, make_errors, total_error
 from .pieces import Waves, describe
 from .rows import (
     BARRED,
@@ -48,8 +47,8 @@ OF_TIME, OF_STATE = range(17, 19)  # estimated errors
 BAD_, GUESS_, NEW_TIME, NEW_CHANGE = range(19, 23)
 LOW, HIGH = range(23, 25)  # extremes of the unknown
 TIMES = 25
-CHANGES = TIMES + DOP853.stages + 1
-ROWS = CHANGES + DOP853.stages + 1
+CHANGES = TIMES + STAGES + 1
+ROWS = CHANGES + STAGES + 1
 LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
 
 ATTEMPTS = 200
@@ -79,25 +78,6 @@ def _make_slopes(law: Law, waves: Waves) -> Callable[..., Any]:
     return slopes
 
 
-def _make_stage(slopes: Callable[..., Any], weights: Row, stage: int) -> Callable[..., Any]:
-    of_time = make_weighted_sum(weights, TIMES)
-    of_change = make_weighted_sum(weights, CHANGES)
-    node = sum(weights)
-    time_row, change_row = TIMES + stage, CHANGES + stage
-
-    @device
-    def one_stage(w):
-        for i in range(w.shape[1]):
-            length = w[TRIAL, i]
-            t = w[TIME, i] + length * of_time(w, i)
-            y = w[CHANGE, i] + length * of_change(w, i)
-            a, b = slopes(w, i, t, y, w[STIFFNESS, i] - node * length)
-            w[time_row, i] = a
-            w[change_row, i] = b
-
-    return one_stage
-
-
 def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     """Make ``finish(kind, scale, source, columns, p, sigma, cells, status, kept)``.
 
@@ -107,9 +87,6 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     slopes = _make_slopes(law, waves)
     ends, local, flow = law.ends, law.local, law.plain_flow
     field, field_rate = waves.field, waves.rate
-    stages = [_make_stage(slopes, row, stage + 1) for stage, row in enumerate(DOP853.rows)]
-    s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = stages
-    time_sum, change_sum = make_weighted_sum(DOP853.weights, TIMES), make_weighted_sum(DOP853.weights, CHANGES)
     time_errors, change_errors = make_errors(TIMES), make_errors(CHANGES)
 
     @device
@@ -117,27 +94,18 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         for i in range(w.shape[1]):
             w[GUESS_, i] = w[UNKNOWN, i]
             w[BAD_, i] = 0.0
-        s1(w)
-        s2(w)
-        s3(w)
-        s4(w)
-        s5(w)
-        s6(w)
-        s7(w)
-        s8(w)
-        s9(w)
-        s10(w)
-        s11(w)
-        for i in range(w.shape[1]):
-            length = w[TRIAL, i]
-            t = w[TIME, i] + length * time_sum(w, i)
-            y = w[CHANGE, i] + length * change_sum(w, i)
-            rest = w[STIFFNESS, i] - length
-            a, b = slopes(w, i, t, y, rest)
-            w[LAST_TIME, i] = a
-            w[LAST_CHANGE, i] = b
-            w[NEW_TIME, i] = t
-            w[NEW_CHANGE, i] = y
+        for stage in range(1, STAGES + 1):  # the last one is the new state
+            add_slopes(w, stage, TIMES, NEW_TIME)
+            add_slopes(w, stage, CHANGES, NEW_CHANGE)
+            for i in range(w.shape[1]):
+                length = w[TRIAL, i]
+                t = w[TIME, i] + length * w[NEW_TIME, i]
+                y = w[CHANGE, i] + length * w[NEW_CHANGE, i]
+                a, b = slopes(w, i, t, y, w[STIFFNESS, i] - NODES[stage] * length)
+                w[NEW_TIME, i] = t
+                w[NEW_CHANGE, i] = y
+                w[TIMES + stage, i] = a
+                w[CHANGES + stage, i] = b
 
     @device
     def judge(w):

@@ -48,6 +48,4 @@ AMPLITUDE = 32
 FREQUENCY = 33
 DURATION = 34
 NEW_X = 35
-GUESS = 36
-NEW_FLOW = 37
-SLOPES = 38  # dr/dT, one row a stage, the one at the new state last
+SLOPES = 36  # dr/dT, one row a stage, the one at the new state last
