@@ -33,7 +33,7 @@ KERNEL_RANKS = (
     {"sweep"},
     {"forms"},
     {"runge_kutta", "hold"},
-    {"rising"},
+    {"rising", "loading"},
     {"solvers"},
     {"build"},
 )

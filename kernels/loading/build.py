@@ -1,0 +1,21 @@
+"""Compiled kernels of general loading programs, memoised."""
+
+from functools import cache
+
+from .._jit import Kernel
+from .cells import make_sweep
+from .law import FREE, LOADED
+from .pieces import LINEAR_ONLY, WITH_SINES
+from .trajectory import make_trajectory
+
+
+@cache
+def sweep(sine: bool, dead_load: bool) -> Kernel:
+    """Compiled sweep, see the package: whether any piece is a sine, and any dead load not zero."""
+    return make_sweep(LOADED if dead_load else FREE, WITH_SINES if sine else LINEAR_ONLY)
+
+
+@cache
+def trajectory(sine: bool, dead_load: bool) -> Kernel:
+    """Compiled trajectories, see the package; arguments as of `sweep`."""
+    return make_trajectory(LOADED if dead_load else FREE, WITH_SINES if sine else LINEAR_ONLY)

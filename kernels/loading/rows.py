@@ -1,0 +1,51 @@
+"""Rows of the block of lanes of `march.py`, and of what is kept of a passage between its phases."""
+
+# Status of a passage.
+READY = 0  # to be marched in time
+NEAR = 1  # the instability is close: stiffness as the variable, see finish.py
+ENDED = 2  # came to the end of the program
+FELL = 3  # at the instability
+JUMPED = 4  # met a jump to more than the film carries
+SPENT = 5  # its attempts are used up
+
+# What is kept, one row each; a passage goes once through the pieces.
+PIECE = 0
+T = 1  # time within the piece
+OFFSET = 2  # time at the start of the piece, within the passage
+BASE = 3  # r = xi**2 at the start of the passage
+Y = 4  # r - BASE
+X = 5  # unknown of the law of equilibrium
+STEP = 6
+ERROR = 7  # estimated error of r so far: those of the steps, carried on by the linearised equation
+GAIN = 8  # logarithm of the derivative of r by the r at the start of the passage
+LEAST = 9  # of the unknown on the way: the largest stretch
+MOST = 10
+DOUBT = 11  # largest error of the load that the film carries over the distance to it, on the way
+BARRED = 12  # stiffness above which the finish is not to be tried (again)
+TIGHTNESS = 13  # one over the relative error allowed in a step
+COUNT = 14  # attempts so far
+HELD = 15  # field held without end after the last piece
+TIME_ERROR = 16  # estimated error of the time of failure
+RESOLUTION = 17  # relative error allowed in extremes of the unknown
+ROUNDING = 18  # variance of r by rounding so far, carried on like ERROR
+KEPT = 19
+
+# Of a lane: what follows from the above, and what it is given,
+NEW = 19
+TRIAL = 20
+D = 21  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
+N = 22
+Q = 23
+GROWTH = 24
+RATE_OF_X = 25
+BAD = 26  # a stage without equilibrium
+EVENT = 27
+P = 28
+SIGMA = 29
+START = 30  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
+SLOPE = 31
+AMPLITUDE = 32
+FREQUENCY = 33
+DURATION = 34
+NEW_X = 35
+SLOPES = 36  # dr/dT, one row a stage, the one at the new state last

@@ -1,0 +1,415 @@
+"""The kernel of general loading programs against certified references, exact cases and the theorems."""
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dea_maps as dm
+from dea_maps.kernels import lane_state as lanes
+from dea_maps.kernels.loading import build
+from dea_maps.kernels.loading.pieces import ENDLESS, LINEAR, SINE
+from dea_maps.kernels.loading.results import (
+    CRITICAL_FIELD,
+    CRITICAL_INTERNAL_STRETCH,
+    CRITICAL_STRETCH,
+    CYCLES_TO_FAILURE,
+    FINAL_STRETCH,
+    LARGEST_STRETCH,
+    RESULTS,
+    STEADY_STRETCH_MAX,
+    STEADY_STRETCH_MIN,
+    TIME_TO_FAILURE,
+)
+
+SURVIVES, FAILED, AT_ONCE = lanes.SURVIVES, lanes.FAILED, lanes.FAILS_AT_ONCE
+OUTCOMES = {"0": SURVIVES, "1": FAILED, "2": AT_ONCE}
+
+
+def tables(pieces, parameters, cells):
+    """Arrays of pieces whose arguments are numbers or (factor, name)."""
+    names = list(parameters)
+    kind = np.array([piece[0] for piece in pieces], np.int8)
+    scale, source = np.zeros((len(pieces), 4)), np.zeros((len(pieces), 4), np.int64)
+    for number, (_, *arguments) in enumerate(pieces):
+        for slot, argument in enumerate(arguments):
+            factor, name = argument if isinstance(argument, tuple) else (argument, None)
+            scale[number, slot] = factor
+            source[number, slot] = names.index(name) + 1 if name else 0
+    columns = np.empty((len(names) + 1, cells))
+    columns[0] = 1.0
+    for row, values in enumerate(parameters.values(), 1):
+        columns[row] = values
+    return kind, scale, source, columns
+
+
+def sweep(pieces, *, m, repeats=1, xi=1.0, sigma=0.0, rtol=1e-6, **parameters):
+    """Status and result of cells whose parameters broadcast."""
+    m, xi, sigma, *rest = np.broadcast_arrays(*(np.atleast_1d(x) for x in (m, xi, sigma, *parameters.values())))
+    table = tables(pieces, dict(zip(parameters, rest, strict=True)), m.size)
+    status, result = np.empty(m.size, np.int8), np.empty((RESULTS, m.size))
+    kernel = build.sweep(any(piece[0] == SINE for piece in pieces), bool(np.any(sigma > 0)))
+    films = (np.array(x, float).ravel() for x in (m, xi, sigma))
+    kernel(*table, repeats, *films, rtol, status, result)
+    return status, result
+
+
+def hold(field, time):
+    return LINEAR, field, field, time
+
+
+FIELD = (1.0, "field")
+PULSE_TRAIN = [hold(FIELD, (1.0, "on")), hold(0.0, (1.0, "off"))]
+TRIANGLE_TRAIN = [(LINEAR, 0.0, FIELD, (0.5, "period")), (LINEAR, FIELD, 0.0, (0.5, "period"))]
+
+
+# --- certified references
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """Import the module of the certified table, which is in no package."""
+    folder = Path(__file__).parents[1] / "reference"
+    sys.path.insert(0, str(folder))
+    import loading
+
+    yield loading
+    sys.path.remove(str(folder))
+
+
+def as_pieces(reference, row):
+    arguments = [float(row[name]) for name in "abcd" if row[name]]
+    make, repeated = reference.PROGRAMS[row["program"]]
+    pieces = []
+    for start, slope, amplitude, period, duration in make(*arguments):
+        if amplitude:
+            pieces.append((SINE, start, amplitude, duration, period))
+        else:
+            pieces.append((LINEAR, start, start + slope * duration, duration))
+    return pieces, ENDLESS if repeated else 1
+
+
+def test_table_is_complete(reference):
+    rows = reference.read()
+    for program in reference.PROGRAMS:
+        mine = [row for row in rows if row["program"] == program]
+        assert len(mine) >= 60
+        assert {row["outcome"] for row in mine} >= {"0", "1"}
+        assert sum(row["kind"] == "beside_threshold" for row in mine) >= 20
+        assert sum(float(row["prestretch"]) > 1 for row in mine) >= 5
+    assert all(float(row["agreement"]) <= reference.REQUIRED for row in rows)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-8, 1e-10])
+def test_certified_table(reference, rtol):
+    """Outcomes exact, results within rtol; what is unresolved lies next to a threshold."""
+    rows, unresolved = reference.read(), 0
+    for row in rows:
+        pieces, repeats = as_pieces(reference, row)
+        pre = float(row["prestretch"])
+        status, result = sweep(
+            pieces, m=float(row["modulus_ratio"]), xi=pre, sigma=pre - pre**-5, repeats=repeats, rtol=rtol
+        )
+        if status[0] not in OUTCOMES.values():
+            assert row["kind"] == "beside_threshold", row
+            unresolved += 1
+            continue
+        assert status[0] == OUTCOMES[row["outcome"]], row
+        for name, number in (
+            ("time_to_failure", TIME_TO_FAILURE),
+            ("critical_stretch", CRITICAL_STRETCH),
+            ("critical_internal_stretch", CRITICAL_INTERNAL_STRETCH),
+            ("critical_field", CRITICAL_FIELD),
+            ("final_stretch", FINAL_STRETCH),
+            ("cycles_to_failure", CYCLES_TO_FAILURE),
+        ):
+            if row[name]:
+                assert result[number, 0] == pytest.approx(float(row[name]), rel=rtol, abs=0), (name, row)
+            else:
+                assert math.isnan(result[number, 0]), (name, row)
+    assert unresolved <= 0.05 * len(rows)
+
+
+def test_rows_of_the_table_are_found_again(reference):
+    pytest.importorskip("heyoka")
+    rows = reference.read()
+    assert all(reference.confirmed(row) for row in rows[:: len(rows) // 8])
+
+
+# --- the three programs that have kernels of their own
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8, 1e-12])
+def test_step_ramp_and_hold_agree_with_their_own_kernels(rtol):
+    random = np.random.default_rng(3)
+    m = np.exp(random.uniform(0.05, math.log(1000.0), 60))
+    field = 1.0 + (np.sqrt(m) - 1.0) * random.uniform(0.01, 0.99, 60)
+    rate = 10.0 ** random.uniform(-2.0, 2.0, 60)
+    for number in range(m.size):
+        case = {"modulus_ratio": m[number], "field": field[number], "rate": rate[number]}
+        cases = (
+            (dm.Step(), ("field",), [hold(FIELD, 0.7)]),
+            (dm.Ramp(), ("rate",), [(LINEAR, 0.0, 40.0, (40.0, "over_rate"))]),
+            (dm.RampHold(), ("field", "rate"), [(LINEAR, 0.0, FIELD, (1.0, "rise")), hold(FIELD, 0.0)]),
+        )
+        for program, names, pieces in cases:
+            expected = dm.sweep(program, modulus_ratio=m[number], rtol=1e-12, **{name: case[name] for name in names})
+            given = {"field": field[number], "over_rate": 1.0 / rate[number], "rise": field[number] / rate[number]}
+            status, result = sweep(pieces, m=m[number], rtol=rtol, **given)
+            assert status[0] == FAILED
+            for name, row in (("time_to_failure", TIME_TO_FAILURE), ("critical_stretch", CRITICAL_STRETCH)):
+                assert result[row, 0] == pytest.approx(float(expected[name]), rel=1.01 * rtol)
+
+
+def test_step_at_the_boundaries_of_its_outcomes():
+    field = [0.0, 0.5, 1.0, math.nextafter(2.0, 0.0), 2.0, 3.0]
+    status, result = sweep([hold(FIELD, 1.0)], m=4.0, field=field)
+    assert list(status) == [SURVIVES, SURVIVES, SURVIVES, FAILED, AT_ONCE, AT_ONCE]
+    assert list(result[TIME_TO_FAILURE, 4:]) == [0.0, 0.0]
+    assert list(result[CRITICAL_FIELD, 4:]) == [2.0, 2.0]
+    assert result[FINAL_STRETCH, :3] == pytest.approx([1.0, 1.0294788, 2 ** (1 / 3)], rel=1e-6)
+
+
+# --- dead loads
+
+PRESTRETCHED = {
+    1.25: (1.6813, 0.5521),
+    1.5: (2.1413, 0.4023),
+    2.0: (2.9704, 0.2838),
+    3.0: (4.4960, 0.1869),
+    4.0: (5.9991, 0.1400),
+}
+
+
+@pytest.mark.parametrize("prestretch", PRESTRETCHED)
+def test_elastic_film_under_a_dead_load(prestretch):
+    """It fails where the largest load of the relaxed film is met, whatever the rate."""
+    stretch, field = PRESTRETCHED[prestretch]
+    pieces = [(LINEAR, 0.0, 2.0, (1.0, "time"))]
+    load = prestretch - prestretch**-5
+    status, result = sweep(pieces, m=1.0, xi=prestretch, sigma=load, time=[0.1, 10.0], rtol=1e-8)
+    assert list(status) == [FAILED, FAILED]
+    assert result[CRITICAL_STRETCH] == pytest.approx([stretch, stretch], abs=5.1e-5)
+    assert result[CRITICAL_FIELD] == pytest.approx([field, field], abs=5.1e-5)
+    assert result[TIME_TO_FAILURE] == pytest.approx(result[CRITICAL_FIELD] * np.array([0.05, 5.0]), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("prestretch", "ratio"), [(1.0, 2.0), (1.5, 2.146), (2.0, 1.801), (3.0, 1.410), (4.0, 1.243)]
+)
+def test_sudden_field_on_a_film_relaxed_under_its_dead_load(prestretch, ratio):
+    """Instant over relaxed threshold, m = 4: where failing at once begins, over where surviving ends."""
+    load = prestretch - prestretch**-5
+    edges = []
+    for outcome in (AT_ONCE, SURVIVES):
+        low, high = 0.05, 2.5
+        for _ in range(24):
+            middle = 0.5 * (low + high)
+            status, _ = sweep([hold(FIELD, 1.0)], m=4.0, xi=prestretch, sigma=load, field=middle, rtol=1e-3)
+            below = status[0] != AT_ONCE if outcome == AT_ONCE else status[0] == SURVIVES
+            low, high = (middle, high) if below else (low, middle)
+        edges.append(low)
+    assert edges[0] / edges[1] == pytest.approx(ratio, abs=6e-4)
+
+
+# --- outcomes by the theorems
+
+
+def test_hold_below_the_critical_field_kills_a_film_that_an_overdrive_stretched_too_far():
+    """xi_u = 1.445 at 0.95: left at xi = 1.5 the film fails, left before it survives."""
+    pieces = [hold((1.0, "over"), (1.0, "time")), hold(FIELD, 0.0)]
+    time = np.linspace(4.0, 9.0, 26)
+    status, result = sweep(pieces, m=4.0, over=1.05, field=0.95, time=time, rtol=1e-8)
+    assert set(status) == {SURVIVES, FAILED}
+    first = int(np.argmax(status == FAILED))
+    assert np.all(status[:first] == SURVIVES) and np.all(status[first:] == FAILED)
+    late = result[TIME_TO_FAILURE, first:] > time[first:]
+    assert late.any()  # under the hold
+    # lambda_c and xi_c at a held load depend on load and m alone
+    assert np.ptp(result[CRITICAL_INTERNAL_STRETCH, first:][late]) < 1e-8
+
+
+def test_jump_to_more_than_the_film_carries():
+    pieces = [hold(0.9, 2.0), hold(FIELD, 1.0)]
+    status, result = sweep(pieces, m=4.0, field=[1.0, 1.6, 1.7, 1.8, 5.0], rtol=1e-8)
+    assert status[0] == SURVIVES and np.all(status[1:] == FAILED)
+    at_jump = result[TIME_TO_FAILURE] == 2.0
+    assert list(at_jump) == [False, False, False, True, True]
+    xi = result[CRITICAL_INTERNAL_STRETCH, 3]
+    A, B = 1 + 3 / xi**2, 1 + 3 * xi**4
+    assert result[CRITICAL_FIELD, 3:] == pytest.approx(math.sqrt(A ** (4 / 3) * B ** (-1 / 3)), rel=1e-8)
+
+
+@pytest.mark.parametrize("width", [0.1, 0.5, 0.9])
+def test_pulse_fails_exactly_if_it_outlasts_the_time_of_the_step(width):
+    step = dm.sweep(dm.Step(), field=np.linspace(1.05, 1.95, 19), modulus_ratio=4.0, rtol=1e-10)
+    pieces = [hold(FIELD, width), hold(0.0, 0.0)]
+    status, result = sweep(pieces, m=4.0, field=step.field.values, rtol=1e-9)
+    fails = step.time_to_failure.values <= width
+    assert np.array_equal(status == FAILED, fails) and fails.any() and not fails.all()
+    assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("duty", "peak"), [(0.1, 1.788), (0.25, 1.548), (0.5, 1.28519), (0.75, 1.117), (0.9, 1.042)]
+)
+def test_fast_square_waves_fail_where_the_averaged_flow_does(duty, peak):
+    period = 1e-2
+    near = 10.0 ** -(len(str(peak)) - 2)
+    field = np.array([peak - near, peak + near])
+    status, _ = sweep(PULSE_TRAIN, m=4.0, field=field, on=duty * period, off=(1 - duty) * period, repeats=ENDLESS)
+    assert list(status) == [SURVIVES, FAILED]
+
+
+def bisected(pieces, low, high, **given):
+    """Return the field between survival and failure."""
+    while high - low > 2e-9:
+        field = np.linspace(low, high, 17)
+        status, _ = sweep(pieces, field=field, repeats=ENDLESS, rtol=1e-8, **given)
+        first = int(np.argmax(status != SURVIVES))
+        low, high = field[first - 1], field[first]
+    return high
+
+
+def test_cycles_beside_the_loss_of_a_limit_cycle_at_a_border():
+    """Triangle, m = 2, period 0.1: cycles ~ log(1/delta)."""
+    at = bisected(TRIANGLE_TRAIN, 1.30, 1.31, m=2.0, period=0.1)
+    field = at * (1.0 + 10.0 ** -np.arange(2.0, 7.0))
+    status, result = sweep(TRIANGLE_TRAIN, m=2.0, field=field, period=0.1, repeats=ENDLESS, rtol=1e-8)
+    assert np.all(status == FAILED)
+    assert list(result[CYCLES_TO_FAILURE]) == [10, 23, 37, 52, 67]
+
+
+def test_cycles_beside_the_loss_of_a_limit_cycle_at_a_tangent():
+    """Square, m = 4, duty 0.5, period 1: cycles ~ delta**-1/2."""
+    at = bisected(PULSE_TRAIN, 1.2798, 1.2799, m=4.0, on=0.5, off=0.5)
+    field = at * (1.0 + 10.0 ** -np.arange(2.0, 7.0))
+    status, result = sweep(PULSE_TRAIN, m=4.0, field=field, on=0.5, off=0.5, repeats=ENDLESS)
+    assert np.all(status == FAILED)
+    assert list(result[CYCLES_TO_FAILURE]) == [15, 61, 208, 674, 2138]
+
+
+def test_limit_cycle_is_where_cycling_leads():
+    """The stretches of the limit cycle, against fifty repetitions of a film that forgets in three."""
+    given = {"m": 3.0, "field": [0.5, 0.9, 1.05], "on": 2.0, "off": 3.0}
+    status, result = sweep(PULSE_TRAIN, repeats=ENDLESS, rtol=1e-9, **given)
+    assert np.all(status == SURVIVES)
+    _, many = sweep(PULSE_TRAIN, repeats=50, rtol=1e-9, **given)
+    assert result[STEADY_STRETCH_MAX] == pytest.approx(many[LARGEST_STRETCH], rel=1e-8)
+    assert result[LARGEST_STRETCH] == pytest.approx(many[LARGEST_STRETCH], rel=1e-8)
+    assert np.all(result[STEADY_STRETCH_MIN] < result[STEADY_STRETCH_MAX])
+
+
+# --- orderings, for any program
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_larger_fields_and_larger_internal_stretches_fail_no_later(seed):
+    random = np.random.default_rng(seed)
+    values = random.uniform(-1.0, 1.0, 7)
+    times = 10.0 ** random.uniform(-1.5, 0.8, 6)
+    ends = [(float(value), "field") for value in values]
+    pieces = [(LINEAR, 0.0, ends[0], 0.0)]
+    pieces += [(LINEAR, a, b, float(t)) for a, b, t in zip(ends[:-1], ends[1:], times, strict=True)]
+    field = np.linspace(0.8, 3.0, 45)
+    for repeats in (1, ENDLESS):
+        _, result = sweep(pieces, m=5.0, field=field, repeats=repeats, rtol=1e-8)
+        life = np.nan_to_num(result[TIME_TO_FAILURE], nan=math.inf)
+        assert np.all(life[1:] <= life[:-1] * (1 + 2e-8)) and np.isfinite(life).any()
+        start = np.linspace(1.0, 1.4, 21)
+        _, result = sweep(pieces, m=5.0, field=1.3, xi=start, repeats=repeats, rtol=1e-8)
+        life = np.nan_to_num(result[TIME_TO_FAILURE], nan=math.inf)
+        assert np.all(life[1:] <= life[:-1] * (1 + 2e-8))
+
+
+# --- what must not matter
+
+
+def test_cutting_pieces_and_turning_signs_change_nothing():
+    field = np.array([0.7, 1.1, 1.5, 1.9])
+    whole = [(LINEAR, 0.0, FIELD, 0.5), hold(FIELD, 0.75), (LINEAR, FIELD, 0.0, 1.5)]
+    half = (0.5, "field")
+    cut = [(LINEAR, 0.0, half, 0.25), (LINEAR, half, FIELD, 0.25), hold(FIELD, 0.25), hold(FIELD, 0.0)]
+    cut += [hold(FIELD, 0.5), (LINEAR, FIELD, half, 0.75), (LINEAR, half, 0.0, 0.75), hold(0.0, 0.0)]
+    status, result = sweep(whole, m=4.0, field=field, rtol=1e-10)
+    assert set(status) == {SURVIVES, FAILED}
+    for pieces, sign in ((cut, 1.0), (whole, -1.0), (cut, -1.0)):
+        other_status, other = sweep(pieces, m=4.0, field=sign * field, rtol=1e-10)
+        assert np.array_equal(other_status, status)
+        np.testing.assert_allclose(other, result, rtol=2e-10)
+
+
+def test_a_cell_depends_on_itself_alone():
+    random = np.random.default_rng(8)
+    given = {"m": random.uniform(1.5, 9.0, 40), "field": random.uniform(0.8, 2.0, 40), "on": 0.5, "off": 0.7}
+    status, result = sweep(PULSE_TRAIN, repeats=ENDLESS, **given)
+    for cell in (0, 13, 39):
+        own = {name: (x if np.ndim(x) == 0 else x[cell]) for name, x in given.items()}
+        own_status, own_result = sweep(PULSE_TRAIN, repeats=ENDLESS, **own)
+        assert own_status[0] == status[cell]
+        np.testing.assert_array_equal(own_result[:, 0], result[:, cell])
+
+
+def test_elastic_films_fail_exactly_when_the_field_reaches_the_critical_one():
+    pieces = [(LINEAR, 0.0, FIELD, 2.0), (LINEAR, FIELD, 0.0, 2.0)]
+    status, result = sweep(pieces, m=1.0, field=[0.999, 1.001, 1.5], repeats=ENDLESS, rtol=1e-10)
+    assert list(status) == [SURVIVES, FAILED, FAILED]
+    assert result[TIME_TO_FAILURE, 1:] == pytest.approx(2.0 / np.array([1.001, 1.5]), rel=1e-10)
+    assert result[CRITICAL_STRETCH, 1:] == pytest.approx(2 ** (1 / 3), rel=1e-10)
+
+
+def test_waveform_of_many_samples():
+    """A sine sampled a hundred thousand times: near the sine."""
+    count = 100_000
+    times = np.linspace(0.0, 20.0, count + 1)
+    values = 1.3 * np.sin(2 * np.pi * times / 10.0)
+    pieces = [(LINEAR, (a, "field"), (b, "field"), 20.0 / count) for a, b in zip(values, values[1:], strict=False)]
+    status, result = sweep(pieces, m=4.0, field=1.0, rtol=1e-6)
+    _, sine = sweep([(SINE, 0.0, 1.3, 20.0, 10.0)], m=4.0, field=1.0, rtol=1e-6)
+    assert status[0] == FAILED
+    assert result[TIME_TO_FAILURE, 0] == pytest.approx(sine[TIME_TO_FAILURE, 0], rel=1e-5)
+
+
+# --- trajectories
+
+
+def trajectory(pieces, times, *, m, repeats=1, xi=1.0, sigma=0.0, rtol=1e-8):
+    table = tables(pieces, {}, 1)
+    stretch, internal = np.empty((2, 1, len(times)))
+    kernel = build.trajectory(any(piece[0] == SINE for piece in pieces), sigma > 0)
+    films = (np.array([x], float) for x in (m, xi, sigma))
+    kernel(*table, repeats, *films, rtol, np.asarray(times, float), stretch, internal)
+    return stretch[0], internal[0]
+
+
+def test_trajectory_of_a_ramp_and_hold():
+    times = np.linspace(0.0, 12.0, 61)
+    expected = dm.trajectory(dm.RampHold(), time=times, field=1.1, rate=0.3, modulus_ratio=4.0, rtol=1e-10)
+    stretch, internal = trajectory([(LINEAR, 0.0, 1.1, 1.1 / 0.3), hold(1.1, 0.0)], times, m=4.0)
+    np.testing.assert_allclose(stretch, expected.stretch, rtol=1e-8)
+    np.testing.assert_allclose(internal, expected.internal_stretch, rtol=1e-8)
+    assert np.isnan(stretch).any()
+
+
+def test_trajectory_obeys_equilibrium_and_repeats():
+    times = np.sort(np.concatenate([np.linspace(0.0, 60.0, 500), 60.0 + np.linspace(0.0, 1.0, 30)]))
+    pieces = [(SINE, 0.4, 0.35, 1.0, 1.0)]
+    pre = 1.2
+    load = pre - pre**-5
+    stretch, internal = trajectory(pieces, times, m=4.0, repeats=ENDLESS, xi=pre, sigma=load)
+    field = 0.4 + 0.35 * np.sin(2 * np.pi * times)
+    A, B, w = 1 + 3 / internal**2, 1 + 3 * internal**4, 1 / stretch
+    e = 0.75 * 4 ** (-1 / 3) * field**2
+    np.testing.assert_allclose(A * w**2 - B * w**8 - load * w**3, e, atol=1e-12)
+    again, _ = trajectory(pieces, times[-30:] - 1.0, m=4.0, repeats=ENDLESS, xi=pre, sigma=load)
+    np.testing.assert_allclose(stretch[-30:], again, rtol=2e-8)
+
+
+def test_trajectory_follows_jumps_and_rests():
+    times = np.array([0.0, 0.5, 1.0, 1.5, 500.0, 1e4])
+    stretch, _ = trajectory([hold(0.9, 1.0), hold(0.5, 0.0)], times, m=4.0)
+    assert stretch[2] < stretch[1]  # at the jump, what holds after it
+    _, result = sweep([hold(0.5, 1.0)], m=4.0, field=0.0)
+    assert stretch[4:] == pytest.approx(result[FINAL_STRETCH, 0], rel=1e-9)
