@@ -1,8 +1,6 @@
 """What error messages and checks of arguments share."""
 
-import difflib
 import reprlib
-from collections.abc import Iterable
 
 
 def brief(value: object) -> str:

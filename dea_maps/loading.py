@@ -1,7 +1,7 @@
-"""A loading program as the kernels take it: a table of pieces whose arguments are multiples of columns, one value a cell.
+"""A loading program as the kernels take it: a table of pieces whose arguments are multiples of columns.
 
 A piece is linear, from a field to another one in a time, or a sine about a mean field. Every argument is a scale times
-a column; the first column is 1. The table does not grow with the cells, nor the columns with the pieces of a waveform.
+a column, which has a value for each cell; the first column is 1. The table does not grow with the cells, nor the columns with the pieces of a waveform.
 """
 
 import math
@@ -81,6 +81,7 @@ class _Multiple(NamedTuple):
     column: int = 0
 
 
+_Row = tuple[int, tuple[_Multiple, ...]]
 _ZERO = _Multiple(0.0)
 
 
@@ -90,7 +91,7 @@ class _Builder:
     def __init__(self) -> None:
         self.columns: dict[Hashable, Callable[[Parameters], npt.ArrayLike]] = {"1": lambda given: 1.0}
 
-    def rows(self, pieces: tuple[Piece, ...], reached: Argument) -> tuple[list[tuple[int, tuple[_Multiple, ...]]], Argument]:
+    def rows(self, pieces: tuple[Piece, ...], reached: Argument) -> tuple[list[_Row], Argument]:
         """Return kind and arguments of every piece that begins at a field reached before, and the field reached."""
         rows = []
         for piece in pieces:
@@ -169,9 +170,8 @@ def _of_samples(program: Waveform, build: _Builder) -> Table:
     scale[:, 2] = np.diff(program.times)
     source = np.zeros((pieces, 4), np.int64)
     source[:, :2] = build.value(name).column
-    return Table(
-        np.full(pieces, LINEAR, np.int8), scale, source, tuple(build.columns.values()), 0, -1 if program.repeat else 1, False
-    )
+    repeats = -1 if program.repeat else 1
+    return Table(np.full(pieces, LINEAR, np.int8), scale, source, tuple(build.columns.values()), 0, repeats, False)
 
 
 def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
@@ -209,7 +209,8 @@ def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     cycle = whole - prologue
     cycles = np.zeros(times.shape)
     if table.repeats != 1 and cycle > 0.0:
-        cycles = np.clip(np.ceil((times - prologue) / cycle) - 1.0, 0.0, math.inf if table.repeats < 0 else table.repeats - 1.0)
+        most = math.inf if table.repeats < 0 else table.repeats - 1.0
+        cycles = np.clip(np.ceil((times - prologue) / cycle) - 1.0, 0.0, most)
     local = times - cycles * cycle
     piece = np.minimum(np.searchsorted(ends, local, side="left"), len(ends) - 1)
     one, other, duration, period = values[piece].T

@@ -3,8 +3,8 @@
 import math
 import numbers
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any
+from dataclasses import KW_ONLY, dataclass
+from typing import ClassVar
 
 from .checks import brief
 from .nomenclature import KINDS, RESERVED, Kind
@@ -49,6 +49,8 @@ Time = Argument | Share
 class Piece:
     """A piece of a loading program; begins at the field that the piece before it reached, zero before the first."""
 
+    _kinds: ClassVar[Mapping[str, str]]
+
     def arguments(self) -> dict[str, str]:
         """Return the names of parameters that the piece uses, and the kind of each, in order."""
         found: dict[str, str] = {}
@@ -58,8 +60,8 @@ class Piece:
         return found
 
     def _named(self) -> Iterator[tuple[str, str]]:
-        for argument in fields(self):
-            kind, value = argument.metadata["kind"], getattr(self, argument.name)
+        for argument, kind in self._kinds.items():
+            value = getattr(self, argument)
             if isinstance(value, Share):
                 for name, part in ((value.of, "period"), (value.share, "share")):
                     if isinstance(name, str):
@@ -69,15 +71,10 @@ class Piece:
 
     def __post_init__(self) -> None:
         """Check the kind and the range of every argument."""
-        for argument in fields(self):
-            kind, value = argument.metadata["kind"], getattr(self, argument.name)
-            if value is None or (isinstance(value, Share) and kind == "time"):
-                continue
-            _check(argument.name, value, KINDS[kind], type(self).__name__)
-
-
-def _argument(kind: str, **options: Any) -> Any:
-    return field(metadata={"kind": kind}, **options)
+        for argument, kind in self._kinds.items():
+            value = getattr(self, argument)
+            if value is not None and not (isinstance(value, Share) and kind == "time"):
+                _check(argument, value, KINDS[kind], type(self).__name__)
 
 
 @dataclass(frozen=True)
@@ -90,7 +87,9 @@ class Hold(Piece):
     {'hold_time': 'time'}
     """
 
-    time: Time = _argument("time")
+    time: Time
+
+    _kinds: ClassVar = {"time": "time"}
 
 
 @dataclass(frozen=True)
@@ -105,9 +104,12 @@ class Linear(Piece):
     {'field': 'field', 'rate': 'rate'}
     """
 
-    to: Argument = _argument("field")
-    rate: Argument | None = _argument("rate", default=None, kw_only=True)
-    time: Time | None = _argument("time", default=None, kw_only=True)
+    to: Argument
+    _: KW_ONLY
+    rate: Argument | None = None
+    time: Time | None = None
+
+    _kinds: ClassVar = {"to": "field", "rate": "rate", "time": "time"}
 
     def __post_init__(self) -> None:
         """Check the arguments, and that there is one of rate and time."""
@@ -126,7 +128,9 @@ class Jump(Piece):
     {}
     """
 
-    to: Argument = _argument("field")
+    to: Argument
+
+    _kinds: ClassVar = {"to": "field"}
 
 
 @dataclass(frozen=True)
@@ -139,9 +143,11 @@ class Sine(Piece):
     {'amplitude': 'field'}
     """
 
-    amplitude: Argument = _argument("field")
-    period: Argument = _argument("period")
-    cycles: Argument = _argument("count", default=1)
+    amplitude: Argument
+    period: Argument
+    cycles: Argument = 1
+
+    _kinds: ClassVar = {"amplitude": "field", "period": "period", "cycles": "count"}
 
 
 PIECES: Mapping[str, type[Piece]] = {"hold": Hold, "linear": Linear, "jump": Jump, "sine": Sine}

@@ -4,7 +4,8 @@ Adding a program is one entry here: a class with a name and its pieces.
 """
 
 import math
-from collections.abc import Mapping, Sequence as Listed
+from collections.abc import Mapping
+from collections.abc import Sequence as Listed
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -13,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .checks import brief
-from .nomenclature import KINDS, PARAMETERS, RESERVED
+from .nomenclature import PARAMETERS
 from .pieces import Hold, Jump, Linear, Piece, Share, Sine
 
 
@@ -233,7 +234,8 @@ class Sequence(Program):
                 raise TypeError(f"piece {number} must be a Hold, Linear, Jump or Sine; got {brief(piece)}")
         check_repeat(self.repeat)
         pieces = tuple(self.pieces)
-        fields = [piece.amplitude if isinstance(piece, Sine) else piece.to for piece in pieces if not isinstance(piece, Hold)]
+        loading = [piece for piece in pieces if not isinstance(piece, Hold)]
+        fields = [piece.amplitude if isinstance(piece, Sine) else piece.to for piece in loading]
         if not any(isinstance(value, str) or value != 0.0 for value in fields):
             raise ValueError("pieces must load the film: at least one Jump, Linear or Sine to a field other than 0")
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]
@@ -337,5 +339,7 @@ def check_repeat(repeat: object) -> None:
         raise ValueError(f"repeat must be True, False or at least 1; got {repeat}")
 
 
-PROGRAMS: Mapping[str, type[Program]] = MappingProxyType({program.name: program for program in Program.__subclasses__()})
+PROGRAMS: Mapping[str, type[Program]] = MappingProxyType(
+    {program.name: program for program in Program.__subclasses__()}
+)
 """Every loading program by its name in files."""
