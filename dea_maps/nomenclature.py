@@ -316,9 +316,12 @@ OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")
 """Words for the values 0, 1, 2, ... of ``outcome``."""
 
 
+RESULTS = frozenset(NOMENCLATURE.keys() - PARAMETERS.keys())
+"""Names of what data sets hold beside parameters."""
+
 RESERVED = frozenset(
     {
-        *(NOMENCLATURE.keys() - PARAMETERS.keys()), "modulus_ratio", "prestretch", "stress", "rtol", "method",
+        *RESULTS, "modulus_ratio", "prestretch", "stress", "rtol", "method",
         "formulation", "step", "progress", "material", "thickness", "program", "path", "variables", "dtype", "engine",
         "scheduler", "memory", "fresh", "parameter", "lifetime", "cycles", "cycle",
     }
