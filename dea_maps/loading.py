@@ -81,6 +81,15 @@ class _Multiple(NamedTuple):
     column: int = 0
 
 
+class _SineEnd(NamedTuple):
+    """The field that a sine reaches, where that is not its mean."""
+
+    mean: "Argument | _SineEnd"
+    amplitude: Argument
+    cycles: Argument
+
+
+_Field = Argument | _SineEnd
 _Row = tuple[int, tuple[_Multiple, ...]]
 _ZERO = _Multiple(0.0)
 
@@ -91,15 +100,18 @@ class _Builder:
     def __init__(self) -> None:
         self.columns: dict[Hashable, Callable[[Parameters], npt.ArrayLike]] = {"1": lambda given: 1.0}
 
-    def rows(self, pieces: tuple[Piece, ...], reached: Argument) -> tuple[list[_Row], Argument]:
+    def rows(self, pieces: tuple[Piece, ...], reached: _Field) -> tuple[list[_Row], _Field]:
         """Return kind and arguments of every piece that begins at a field reached before, and the field reached."""
         rows = []
         for piece in pieces:
             if isinstance(piece, Sine):
                 arguments = self.value(piece.amplitude), self.cycles(piece), self.value(piece.period)
                 rows.append((SINE, (self.value(reached), *arguments)))
+                if isinstance(piece.cycles, str) or 2.0 * piece.cycles % 1.0:
+                    reached = _SineEnd(reached, piece.amplitude, piece.cycles)
                 continue
-            start, end = reached, reached
+            start: _Field = reached
+            end: _Field = reached
             if isinstance(piece, Hold):
                 time = self.time(piece.time)
             elif isinstance(piece, Jump):
@@ -111,8 +123,10 @@ class _Builder:
             reached = end
         return rows, reached
 
-    def value(self, argument: Argument) -> _Multiple:
-        """Return a number or a parameter."""
+    def value(self, argument: _Field) -> _Multiple:
+        """Return a number, a parameter, or the field that a sine reached."""
+        if isinstance(argument, _SineEnd):
+            return self.column(argument, lambda given: _of(argument, given))
         if not isinstance(argument, str):
             return self.column("beyond", _beyond) if argument == math.inf else _Multiple(float(argument))
         return self.column(argument, lambda given: given[argument])
@@ -134,9 +148,9 @@ class _Builder:
             return _Multiple(float(piece.cycles) * period.scale, period.column)
         return self.column(piece, lambda given: _of(piece.cycles, given) * _of(piece.period, given))
 
-    def rise(self, start: Argument, end: Argument, rate: Argument) -> _Multiple:
+    def rise(self, start: _Field, end: _Field, rate: Argument) -> _Multiple:
         """Return the time from one field to another at a rate."""
-        if not isinstance(end, str) and end == math.inf:
+        if end == math.inf:
             return self.column(
                 (start, end, rate), lambda given: np.maximum(_beyond(given) - _of(start, given), 0.0) / _of(rate, given)
             )
@@ -152,7 +166,10 @@ class _Builder:
         return _Multiple(1.0, list(self.columns).index(key))
 
 
-def _of(argument: Argument, given: Parameters) -> npt.ArrayLike:
+def _of(argument: _Field, given: Parameters) -> npt.ArrayLike:
+    if isinstance(argument, _SineEnd):
+        phase = 2.0 * math.pi * np.asarray(_of(argument.cycles, given))
+        return np.add(_of(argument.mean, given), np.multiply(_of(argument.amplitude, given), np.sin(phase)))
     return given[argument] if isinstance(argument, str) else argument
 
 

@@ -50,6 +50,7 @@ class Piece:
     """A piece of a loading program; begins at the field that the piece before it reached, zero before the first."""
 
     _kinds: ClassVar[Mapping[str, str]]
+    _optional: ClassVar[tuple[str, ...]] = ()
 
     def arguments(self) -> dict[str, str]:
         """Return the names of parameters that the piece uses, and the kind of each, in order."""
@@ -73,7 +74,8 @@ class Piece:
         """Check the kind and the range of every argument."""
         for argument, kind in self._kinds.items():
             value = getattr(self, argument)
-            if value is not None and not (isinstance(value, Share) and kind == "time"):
+            left_out = value is None and argument in self._optional
+            if not left_out and not (isinstance(value, Share) and kind == "time"):
                 _check(argument, value, KINDS[kind], type(self).__name__)
 
 
@@ -110,6 +112,7 @@ class Linear(Piece):
     time: Time | None = None
 
     _kinds: ClassVar = {"to": "field", "rate": "rate", "time": "time"}
+    _optional: ClassVar = ("rate", "time")
 
     def __post_init__(self) -> None:
         """Check the arguments, and that there is one of rate and time."""
