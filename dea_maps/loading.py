@@ -36,7 +36,7 @@ class Table(NamedTuple):
     first : int
         Number of pieces before those that are repeated.
     repeats : int
-        How often the others are gone through; -1 without end.
+        How often the others are gone through; `dea_maps.programs.ENDLESS` without end.
     endless : bool
         Whether the last piece stands for a rise without end: it ends where no film is left.
     """
@@ -64,7 +64,7 @@ def table_of(program: Program) -> Table:
     if isinstance(program, Waveform):
         return _of_samples(program, build)
     rows, reached = build.rows(program.pieces, 0.0)
-    repeats = -1 if program.repeat is True else max(int(program.repeat), 1)
+    repeats = program.repeats
     first = 0
     if repeats != 1 and reached != 0.0 and not isinstance(program.pieces[0], Jump):
         first = len(rows)  # the first time begins at zero, the others where the last one ended
@@ -74,6 +74,35 @@ def table_of(program: Program) -> Table:
     scale = np.array([[argument.scale for argument in arguments] for _, arguments in rows])
     source = np.array([[argument.column for argument in arguments] for _, arguments in rows], np.int64)
     return Table(kind, scale, source, tuple(build.columns.values()), first, repeats, reached == math.inf)
+
+
+Arrays = tuple[npt.NDArray[np.int8], Float, npt.NDArray[np.int64], Float, int]
+
+
+def arrays_of(table: Table, given: Parameters) -> Arrays:
+    """Return the table as the kernels take it, with the columns of some cells.
+
+    Returns
+    -------
+    kind, scale, source, columns, first, repeats
+        ``columns`` (columns, cells).
+    """
+    cells = given["modulus_ratio"].size
+    columns = np.empty((len(table.columns), cells))
+    for row, values in zip(columns, table.columns, strict=True):
+        row[:] = values(given)
+    return table.kind, table.scale, table.source, columns, table.repeats
+
+
+def film_of(given: Parameters) -> tuple[Float, Float, Float]:
+    """Return modulus ratio, internal stretch at the start and dead load over the relaxed modulus, one value a cell.
+
+    A pre-stretch is that of a film which relaxed under its dead load, ``s/mu_R = lambda_p - lambda_p**-5``, from (18).
+    """
+    ratio = np.ascontiguousarray(given["modulus_ratio"])
+    start = given.get("prestretch", np.ones_like(ratio))
+    load = start - start**-5 if "prestretch" in given else given.get("stress", np.zeros_like(ratio))
+    return ratio, np.ascontiguousarray(start), np.ascontiguousarray(load)
 
 
 class _Multiple(NamedTuple):
@@ -187,8 +216,8 @@ def _of_samples(program: Waveform, build: _Builder) -> Table:
     scale[:, 2] = np.diff(program.times)
     source = np.zeros((pieces, 4), np.int64)
     source[:, :2] = build.value(name).column
-    repeats = -1 if program.repeat else 1
-    return Table(np.full(pieces, LINEAR, np.int8), scale, source, tuple(build.columns.values()), 0, repeats, False)
+    columns = tuple(build.columns.values())
+    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, 0, program.repeats, False)
 
 
 def field_at(program: Program, parameters: Parameters, times: Float) -> Float:

@@ -201,9 +201,21 @@ VARIABLES: Mapping[str, Quantity] = MappingProxyType(
             r"$\lambda_\infty$",
             "equibiaxial stretch after full relaxation, where the film survives",
         ),
+        "largest_stretch": Quantity(
+            "largest stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch until failure or rest"
+        ),
+        "cycles_to_failure": Quantity(
+            "cycles to failure", r"$N$", "completed repetitions before electromechanical instability"
+        ),
+        "steady_stretch_max": Quantity(
+            "largest steady stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch of the limit cycle"
+        ),
+        "steady_stretch_min": Quantity(
+            "smallest steady stretch", r"$\lambda_{\min}$", "smallest equibiaxial stretch of the limit cycle"
+        ),
     }
 )
-"""What a sweep finds, in the order of its variables."""
+"""What sweeps find, in the order of the variables; which of them, is for the program to say."""
 
 TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
     {

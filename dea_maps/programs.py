@@ -8,14 +8,18 @@ from collections.abc import Mapping
 from collections.abc import Sequence as Listed
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .checks import brief
-from .nomenclature import PARAMETERS
-from .pieces import Hold, Jump, Linear, Piece, Share, Sine
+from .nomenclature import PARAMETERS, VARIABLES
+from .pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine
+
+
+ENDLESS = -1
+"""Stands for the number of repetitions of a program that is repeated without end."""
 
 
 class Program:
@@ -51,6 +55,58 @@ class Program:
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters."""
         return tuple(self.kinds)
+
+
+    @property
+    def repeats(self) -> int:
+        """How often the pieces are gone through; `ENDLESS` without end."""
+        return ENDLESS if self.repeat is True else max(int(self.repeat), 1)
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Names of the variables of a sweep."""
+        left_out = {
+            "largest_stretch": shape_of(self) is not None and not isinstance(self, Sequence),
+            "cycles_to_failure": self.repeats == 1,
+            "steady_stretch_max": self.repeats != ENDLESS,
+            "steady_stretch_min": self.repeats != ENDLESS,
+        }
+        return tuple(name for name in VARIABLES if not left_out.get(name, False))
+
+
+class Shape(NamedTuple):
+    """A program that needs no more than a form of its own.
+
+    Attributes
+    ----------
+    name : str
+        "step": a field applied at once and held; "ramp": one that rises without end; "ramp_hold": one that rises,
+        then is held. As the kernels that serve them are called.
+    field, rate : float, str or None
+        What the field and the rate are: numbers, or names of parameters.
+    """
+
+    name: str
+    field: Argument | None = None
+    rate: Argument | None = None
+
+
+def shape_of(program: Program) -> Shape | None:
+    """Return the shape of a program whose field only rises; None for any other.
+
+    Examples
+    --------
+    >>> shape_of(Sequence([Linear("peak", rate=0.5)]))
+    Shape(name='ramp_hold', field='peak', rate=0.5)
+    """
+    if isinstance(program, Waveform) or program.repeats != 1 or len(program.pieces) != 1:
+        return None
+    (piece,) = program.pieces
+    if isinstance(piece, Jump):
+        return Shape("step", piece.to)
+    if isinstance(piece, Linear) and piece.rate is not None:
+        return Shape("ramp", None, piece.rate) if piece.to == math.inf else Shape("ramp_hold", piece.to, piece.rate)
+    return None
 
 
 def kinds_of(pieces: Listed[Piece]) -> dict[str, str]:
@@ -239,7 +295,7 @@ class Sequence(Program):
         if not any(isinstance(value, str) or value != 0.0 for value in fields):
             raise ValueError("pieces must load the film: at least one Jump, Linear or Sine to a field other than 0")
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]
-        if any(endless[:-1]) or (endless[-1] and self.repeat not in {False, 1}):
+        if any(endless[:-1]) or (endless[-1] and self.repeats != 1):
             raise ValueError("nothing can follow a Linear without end, whose value is infinite")
         object.__setattr__(self, "pieces", pieces)
         object.__setattr__(self, "kinds", MappingProxyType(kinds_of(pieces)))

@@ -48,7 +48,8 @@ def planned(
     (2, 'dopri5')
     """
     grid = make_grid(program, **parameters)
-    return grid, choose(program, method, formulation, rtol, step)
+    dead_load = not {"prestretch", "stress"}.isdisjoint(grid.parameters)
+    return grid, choose(program, method, formulation, rtol, step, dead_load)
 
 
 def sweep(

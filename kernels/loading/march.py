@@ -1,0 +1,433 @@
+"""Passages through a program in plain time: dr/dT = F(r, E(T)), explicit Runge-Kutta steps in lanes.
+
+Every lane takes steps of its own length, in a piece of its own, and the next waiting passage as soon as its own is
+done or waits for another phase. r is kept as its value at the start of the passage and the change since, so that the
+change, of which cycles consist, is accurate relative to itself.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._jit import device
+from ..model import CRITICAL_LOAD, instant_gap
+from ..tableaus import DOP853, Row
+from .law import Law
+from .pieces import Waves, describe, field_at_end
+from .rows import (
+    AMPLITUDE,
+    BAD,
+    BARRED,
+    BASE,
+    COUNT,
+    DOUBT,
+    DURATION,
+    ENDED,
+    ERROR,
+    EVENT,
+    FREQUENCY,
+    GAIN,
+    GROWTH,
+    GUESS,
+    HELD,
+    JUMPED,
+    KEPT,
+    LEAST,
+    MOST,
+    NEAR,
+    NEW,
+    NEW_FLOW,
+    NEW_X,
+    OFFSET,
+    PIECE,
+    RATE_OF_X,
+    READY,
+    RESOLUTION,
+    SIGMA,
+    SLOPE,
+    SLOPES,
+    SPENT,
+    START,
+    STEP,
+    TIGHTNESS,
+    TRIAL,
+    D,
+    N,
+    P,
+    Q,
+    T,
+    X,
+    Y,
+)
+
+ATTEMPTS = 2_000_000
+LARGEST_FACTOR = 4.0
+SMALLEST_FACTOR = 0.2
+SAFETY = 0.9
+EPSILON = 2.0**-52
+
+LAST = SLOPES + DOP853.stages
+ROWS = LAST + 1
+
+NOTHING, PIECE_DONE, CLOSE, TOO_MANY = 0.0, 1.0, 2.0, 3.0
+VACANT = -1
+
+# Steps to the instability, by the tangent of D**2, below which stiffness becomes the variable.
+AHEAD = 1.5
+# Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
+AT_REST = 1e-8
+RELAXATIONS = 40.0
+# Error of r in a step that always passes: below rounding.
+FLOOR = 1e-16
+
+
+def make_weighted_sum(weights: Row, first: int) -> Callable[..., Any]:
+    """Make ``weighted_sum(w, i)`` of the rows from ``first`` on; zero weights cost nothing."""
+    factors = tuple(weight for weight in weights if weight != 0.0)
+    sources = tuple(first + stage for stage, weight in enumerate(weights) if weight != 0.0)
+    count = len(factors)
+
+    @device
+    def weighted_sum(w, i):
+        total = factors[0] * w[sources[0], i]
+        for j in range(1, count):
+            total += factors[j] * w[sources[j], i]
+        return total
+
+    return weighted_sum
+
+
+def _make_stage(law: Law, waves: Waves, weights: Row, stage: int, before: float) -> Callable[..., Any]:
+    """Make ``stage(w)``: dr/dT at one stage in every lane; ``before`` is the node of the stage before."""
+    weighted_sum = make_weighted_sum(weights, SLOPES)
+    settle, flow, field = law.settle, law.flow, waves.field
+    node = sum(weights)
+    target = SLOPES + stage
+    # The guess of the unknown goes on along the secant through the start of the step and the stage before.
+    ratio = node / before if before > 0.0 else 1.0
+
+    @device
+    def one_stage(w):
+        for i in range(w.shape[1]):
+            length = w[TRIAL, i]
+            r = w[BASE, i] + (w[Y, i] + length * weighted_sum(w, i))
+            E = field(w[T, i] + node * length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            guess = w[X, i] + ratio * (w[GUESS, i] - w[X, i])
+            x, bad = settle(r, w[P, i], w[SIGMA, i], E, guess)
+            w[BAD, i] += bad
+            w[GUESS, i] = x
+            w[target, i] = flow(r, w[P, i], x, E)
+
+    return one_stage
+
+
+def _make_attempt(law: Law, waves: Waves) -> Callable[..., Any]:
+    """Make ``attempt(w)``: the state ``NEW`` after a step, the unknown and dr/dT there."""
+    nodes = (0.0, *(sum(row) for row in DOP853.rows))
+    stages = [
+        _make_stage(law, waves, row, stage + 1, nodes[stage]) for stage, row in enumerate(DOP853.rows)
+    ]
+    s1, s2, s3, s4, s5, s6, s7, s8, s9, s10, s11 = stages
+    solution = make_weighted_sum(DOP853.weights, SLOPES)
+    settle, flow, field = law.settle, law.flow, waves.field
+
+    @device
+    def attempt(w):
+        for i in range(w.shape[1]):
+            w[GUESS, i] = w[X, i]
+            w[BAD, i] = 0.0
+        s1(w)
+        s2(w)
+        s3(w)
+        s4(w)
+        s5(w)
+        s6(w)
+        s7(w)
+        s8(w)
+        s9(w)
+        s10(w)
+        s11(w)
+        for i in range(w.shape[1]):
+            length = w[TRIAL, i]
+            y = w[Y, i] + length * solution(w, i)
+            r = w[BASE, i] + y
+            E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            x, bad = settle(r, w[P, i], w[SIGMA, i], E, w[GUESS, i])
+            w[BAD, i] += bad
+            w[NEW, i] = y
+            w[NEW_X, i] = x
+            w[LAST, i] = flow(r, w[P, i], x, E)
+
+    return attempt
+
+
+def make_error(first: int) -> Callable[..., Any]:
+    """Make ``error(w, i, size)``: estimated relative error of a step, ``size`` being the step over the scale."""
+    fifth = make_weighted_sum(DOP853.errors[0], first)
+    third = make_weighted_sum(DOP853.errors[1], first)
+
+    @device
+    def error(w, i, size):
+        # Estimates that vanish like h**6 and h**4, each raised to h**9, and the larger taken.
+        a = abs(size * fifth(w, i))
+        b = abs(size * third(w, i))
+        root = np.sqrt(max(a * a, b * b * b))
+        return root * np.sqrt(root)
+
+    return error
+
+
+@device
+def factor_of(relative):
+    """Return the factor for the step length after an error this large over what is allowed."""
+    root = np.sqrt(np.sqrt(np.sqrt(np.float32(max(relative, 1e-12)))))
+    factor = SAFETY / float(root)
+    return min(factor, LARGEST_FACTOR) if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
+
+
+def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
+    """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
+    local, field, field_rate = law.local, waves.field, waves.rate
+    error = make_error(SLOPES)
+
+    @device
+    def judge(w):
+        events = 0
+        for i in range(w.shape[1]):
+            length = w[TRIAL, i]
+            y, x = w[NEW, i], w[NEW_X, i]
+            r = w[BASE, i] + y
+            flow = w[LAST, i]
+            change = abs(y) + abs(length * w[SLOPES, i])
+            scale = min(abs(r), max(change, FLOOR * w[TIGHTNESS, i]))
+            estimate = error(w, i, length / scale)
+            relative = estimate * w[TIGHTNESS, i]
+            E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            rate = field_rate(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            load_rate = 2.0 * CRITICAL_LOAD * E * rate
+            d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
+            settled = w[BAD, i] == 0.0
+            good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
+
+            # The tangents of D**2 at both ends: where they meet below zero, the film may have failed in between.
+            s0, s1 = w[D, i] * w[D, i], d * d
+            m0, m1 = 2.0 * length * w[Q, i], 2.0 * length * q
+            meet = (s1 - s0 - m1) / (m0 - m1)
+            missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
+            # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
+            x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * rate_of_x
+            share = v0 / (v0 - v1)
+            left = 1.0 - share
+            between = left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
+                x * (3.0 - 2.0 * share) - v1 * left
+            )
+            margin = 1.0 + w[RESOLUTION, i]
+            extreme = (between * margin < min(min(x0, x), w[LEAST, i])) | (
+                between > margin * max(max(x0, x), w[MOST, i])
+            )
+            extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
+            accepted = good & (not missed) & (not extreme)
+
+            factor = factor_of(relative)
+            factor = factor if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
+            factor = 0.4 if missed else factor
+            factor = share if extreme else factor
+            proposed = length * factor
+            last = w[TRIAL, i] >= w[DURATION, i] - w[T, i]
+            w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
+
+            growing = 0.5 * length * (w[GROWTH, i] + growth)
+            rounding = EPSILON * (change + abs(r) * min(1.0, abs(growing)))
+            carried = w[ERROR, i] * np.exp(min(growing, 100.0)) + estimate * scale + rounding
+            w[ERROR, i] = carried if accepted else w[ERROR, i]
+            w[GAIN, i] += growing if accepted else 0.0
+            doubt = max(w[DOUBT, i], carried * fragility / s1)
+            w[DOUBT, i] = doubt if accepted else w[DOUBT, i]
+            w[T, i] = w[T, i] + length if accepted else w[T, i]
+            w[Y, i] = y if accepted else w[Y, i]
+            w[X, i] = x if accepted else w[X, i]
+            w[SLOPES, i] = flow if accepted else w[SLOPES, i]
+            w[D, i] = d if accepted else w[D, i]
+            w[N, i] = n if accepted else w[N, i]
+            w[Q, i] = q if accepted else w[Q, i]
+            w[GROWTH, i] = growth if accepted else w[GROWTH, i]
+            w[RATE_OF_X, i] = rate_of_x if accepted else w[RATE_OF_X, i]
+            w[LEAST, i] = min(w[LEAST, i], w[X, i])
+            w[MOST, i] = max(w[MOST, i], w[X, i])
+
+            # At rest under a held field: there is nothing more to come in this piece.
+            away = w[SLOPES, i] / w[GROWTH, i]
+            remaining = w[DURATION, i] - w[T, i]
+            rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r) & (-w[GROWTH, i] * remaining > RELAXATIONS)
+            over = (accepted & last) | rest
+            w[Y, i] = w[Y, i] - away if rest else w[Y, i]
+            w[GAIN, i] += -remaining if rest else 0.0
+
+            distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
+            ahead = AHEAD * w[STEP, i] if settled else 4.0 * length
+            close = (w[Q, i] < 0.0) & (w[D, i] < w[BARRED, i]) & (distance < min(ahead, 2.0 * remaining))
+            w[COUNT, i] += 1.0
+            spent = (w[COUNT, i] >= ATTEMPTS) | (not (length > 1e-15 * w[T, i]))
+            met = PIECE_DONE if over else (CLOSE if close else (TOO_MANY if spent else NOTHING))
+            w[EVENT, i] = met if length > 0.0 else NOTHING
+            events += w[EVENT, i] != NOTHING
+        return events
+
+    return judge
+
+
+def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
+    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept)``.
+
+    Every passage (column of ``kept`` (KEPT, passages), of the cell ``cells[passage]``) whose status is READY goes on
+    until it is NEAR the instability, has ENDED, JUMPED beyond what the film carries, or is SPENT.
+    """
+    attempt = _make_attempt(law, waves)
+    judge = _make_judge(law, waves)
+    flow, local, begin, critical, load, ends = law.flow, law.local, law.begin, law.critical, law.load, law.ends
+    field, field_rate = waves.field, waves.rate
+
+    @device
+    def set_piece(kind, scale, source, columns, cell, w, i):
+        piece = np.int64(w[PIECE, i])
+        if piece < kind.size:
+            start, slope, amplitude, frequency, duration = describe(kind, scale, source, columns, piece, cell)
+        else:
+            start, slope, amplitude, frequency, duration = w[HELD, i], 0.0, 0.0, 0.0, math.inf
+        w[START, i] = start
+        w[SLOPE, i] = slope
+        w[AMPLITUDE, i] = amplitude
+        w[FREQUENCY, i] = frequency
+        w[DURATION, i] = duration
+
+    @device
+    def jump(w, i, E):
+        """Bring a lane to another field at once; false where the film does not carry it."""
+        r, p, sigma = w[BASE, i] + w[Y, i], w[P, i], w[SIGMA, i]
+        x = critical(r, p, sigma)
+        E = abs(E)
+        if r == 1.0 and sigma == 0.0:
+            beyond = instant_gap(E, 1.0 + p) <= 0.0
+        else:
+            carried = load(r, p, sigma, x)
+            beyond = E >= np.sqrt(carried / CRITICAL_LOAD)
+            if w[ERROR, i] > 0.0:
+                _, load_of_r, _ = ends(r, p, sigma, x)
+                gap = abs(carried - CRITICAL_LOAD * E * E)
+                w[DOUBT, i] = max(w[DOUBT, i], abs(load_of_r) * w[ERROR, i] / gap)
+        w[X, i] = x if beyond else begin(r, p, sigma, E)
+        w[LEAST, i] = min(w[LEAST, i], w[X, i])
+        w[MOST, i] = max(w[MOST, i], w[X, i])
+        return not beyond
+
+    @device
+    def look(w, i):
+        """Everything that follows from the state of a lane."""
+        t, r = w[T, i], w[BASE, i] + w[Y, i]
+        E = field(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+        rate = field_rate(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+        w[SLOPES, i] = flow(r, w[P, i], w[X, i], E)
+        d, n, q, growth, rate_of_x, fragility = local(
+            r, w[P, i], w[SIGMA, i], w[X, i], w[SLOPES, i], 2.0 * CRITICAL_LOAD * E * rate
+        )
+        w[D, i] = d
+        w[N, i] = n
+        w[Q, i] = q
+        w[GROWTH, i] = growth
+        w[RATE_OF_X, i] = rate_of_x
+        w[DOUBT, i] = max(w[DOUBT, i], w[ERROR, i] * fragility / (d * d))
+
+    @device
+    def enter(kind, scale, source, columns, cell, w, i, E):
+        """Begin a piece, and those of no duration before it, after the field E; the status of the passage."""
+        w[T, i] = 0.0
+        while True:
+            if w[PIECE, i] == kind.size and w[HELD, i] < 0.0:
+                return ENDED
+            set_piece(kind, scale, source, columns, cell, w, i)
+            if w[START, i] != E and not jump(w, i, w[START, i]):
+                return JUMPED
+            E = w[START, i]
+            if w[DURATION, i] > 0.0:
+                break
+            end = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
+            if end != E and not jump(w, i, end):
+                return JUMPED
+            E = end
+            w[PIECE, i] += 1.0
+        w[BARRED, i] = math.inf
+        look(w, i)
+        if not w[STEP, i] > 0.0:
+            w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
+        return READY
+
+    @device
+    def take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+        """Put a passage into a lane; its status."""
+        for row in range(KEPT):
+            w[row, i] = kept[row, passage]
+        cell = cells[passage]
+        w[P, i] = p[cell]
+        w[SIGMA, i] = sigma[cell]
+        if w[T, i] < 0.0:  # about to enter its piece, from the field HELD in X
+            E = w[X, i]
+            if jump(w, i, E):
+                return enter(kind, scale, source, columns, cell, w, i, E)
+            w[T, i] = 0.0
+            return JUMPED
+        set_piece(kind, scale, source, columns, cell, w, i)
+        look(w, i)
+        return READY
+
+    @device
+    def march(kind, scale, source, columns, p, sigma, cells, status, kept):
+        w = np.zeros((ROWS, lanes))
+        held = np.empty(lanes, np.int64)
+        for i in range(lanes):
+            held[i] = VACANT
+            w[BASE, i] = 1.0
+            w[X, i] = 1.0
+        following, busy, events = 0, 0, lanes
+        while True:
+            for i in range(lanes if events > 0 else 0):
+                passage = held[i]
+                if passage != VACANT and w[EVENT, i] != NOTHING:
+                    state = READY
+                    if w[EVENT, i] == PIECE_DONE:
+                        cell = cells[passage]
+                        piece = np.int64(w[PIECE, i])
+                        E = field_at_end(kind, scale, source, columns, piece, cell)
+                        w[OFFSET, i] += w[DURATION, i]
+                        w[PIECE, i] += 1.0
+                        state = enter(kind, scale, source, columns, cell, w, i, E)
+                    else:
+                        state = NEAR if w[EVENT, i] == CLOSE else SPENT
+                    if state != READY:
+                        for row in range(KEPT):
+                            kept[row, passage] = w[row, i]
+                        status[passage] = state
+                        held[i] = VACANT
+                        w[TRIAL, i] = 0.0
+                        busy -= 1
+                while held[i] == VACANT and following < status.size:
+                    if status[following] == READY:
+                        state = take(kind, scale, source, columns, p, sigma, cells, kept, w, i, following)
+                        if state == READY:
+                            held[i] = following
+                            busy += 1
+                        else:
+                            for row in range(KEPT):
+                                kept[row, following] = w[row, i]
+                            status[following] = state
+                    following += 1
+            if busy == 0:
+                return
+            for i in range(lanes):
+                w[TRIAL, i] = min(w[STEP, i], w[DURATION, i] - w[T, i]) if held[i] != VACANT else 0.0
+            attempt(w)
+            events = judge(w)
+
+    return march

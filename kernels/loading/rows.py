@@ -1,0 +1,52 @@
+"""Rows of the block of lanes of `march.py`, and of what is kept of a passage between its phases."""
+
+# Status of a passage.
+READY = 0  # to be marched in time
+NEAR = 1  # the instability is close: stiffness as the variable, see finish.py
+ENDED = 2  # came to the end of the program
+FELL = 3  # at the instability
+JUMPED = 4  # met a jump to more than the film carries
+SPENT = 5  # its attempts are used up
+
+# What is kept, one row each; a passage goes once through the pieces.
+PIECE = 0
+T = 1  # time within the piece
+OFFSET = 2  # time at the start of the piece, within the passage
+BASE = 3  # r = xi**2 at the start of the passage
+Y = 4  # r - BASE
+X = 5  # unknown of the law of equilibrium
+STEP = 6
+ERROR = 7  # estimated error of r so far: those of the steps, carried on by the linearised equation
+GAIN = 8  # logarithm of the derivative of r by the r at the start of the passage
+LEAST = 9  # of the unknown on the way: the largest stretch
+MOST = 10
+DOUBT = 11  # largest error of the load that the film carries over the distance to it, on the way
+BARRED = 12  # stiffness above which the finish is not to be tried (again)
+TIGHTNESS = 13  # one over the relative error allowed in a step
+COUNT = 14  # attempts so far
+HELD = 15  # field held without end after the last piece
+TIME_ERROR = 16  # estimated error of the time of failure
+RESOLUTION = 17  # relative error allowed in extremes of the unknown
+KEPT = 18
+
+# Of a lane: what follows from the above, and what it is given,
+NEW = 18
+TRIAL = 19
+D = 20  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
+N = 21
+Q = 22
+GROWTH = 23
+RATE_OF_X = 24
+BAD = 25  # a stage without equilibrium
+EVENT = 26
+P = 27
+SIGMA = 28
+START = 29  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
+SLOPE = 30
+AMPLITUDE = 31
+FREQUENCY = 32
+DURATION = 33
+NEW_X = 34
+GUESS = 35
+NEW_FLOW = 36
+SLOPES = 37  # dr/dT, one row a stage, the one at the new state last
