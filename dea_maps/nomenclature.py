@@ -4,11 +4,81 @@ Fields are over the relaxed critical field ``Ec = sqrt(0.75 * 4**(-1/3) * mu_R/e
 relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so all units are "1".
 """
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
+
+
+class Kind(NamedTuple):
+    """What kind of quantity a parameter is: its bounds, and how it is given in SI units.
+
+    Attributes
+    ----------
+    lowest, highest : float
+        The bounds; every value must be finite.
+    included : bool
+        Whether the lowest value itself is allowed.
+    suffix : str
+        What its name has in SI units; empty for a ratio.
+    replaces : str
+        The end of its name whose place that takes; without it the suffix is added behind an underscore.
+    si_units : str
+        The CF attribute of its twin in SI units.
+    """
+
+    lowest: float
+    included: bool = True
+    highest: float = math.inf
+    suffix: str = ""
+    replaces: str = ""
+    si_units: str = "1"
+
+    @property
+    def limits(self) -> str:
+        """What values are allowed, in words."""
+        lowest = f"finite and {'at least' if self.included else 'above'} {self.lowest:g}"
+        return lowest if self.highest == math.inf else f"from {self.lowest:g} to {self.highest:g}"
+
+    def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+        """Return where values are finite and within the bounds."""
+        array = np.asarray(values)
+        above = array >= self.lowest if self.included else array > self.lowest
+        return np.asarray(np.isfinite(array) & above & (array <= self.highest))
+
+    def twin(self, name: str) -> str | None:
+        """Return the name in SI units of a parameter of this kind; None for a ratio.
+
+        Examples
+        --------
+        >>> [KINDS["field"].twin(name) for name in ("field", "overdrive_field", "bias")]
+        ['voltage', 'overdrive_voltage', 'bias_voltage']
+        >>> KINDS["rate"].twin("fall_rate"), KINDS["time"].twin("hold_time"), KINDS["share"].twin("duty")
+        ('fall_voltage_rate', 'hold_time_seconds', None)
+        """
+        if not self.suffix:
+            return None
+        if self.replaces and (name == self.replaces or name.endswith(f"_{self.replaces}")):
+            return name.removesuffix(self.replaces) + self.suffix
+        return f"{name}_{self.suffix}"
+
+
+KINDS: Mapping[str, Kind] = MappingProxyType(
+    {
+        "field": Kind(0.0, suffix="voltage", replaces="field", si_units="V"),
+        "rate": Kind(0.0, included=False, suffix="voltage_rate", replaces="rate", si_units="V s-1"),
+        "time": Kind(0.0, suffix="seconds", si_units="s"),
+        "period": Kind(0.0, included=False, suffix="seconds", si_units="s"),
+        "share": Kind(0.0, highest=1.0),
+        "count": Kind(0.0),
+        "ratio": Kind(1.0),
+        "stress": Kind(0.0, suffix="nominal_stress", replaces="stress", si_units="Pa"),
+    }
+)
+"""Every kind of parameter."""
 
 
 class Quantity(NamedTuple):
@@ -24,24 +94,90 @@ class Quantity(NamedTuple):
         The words of the CF attribute, ASCII only.
     units : str
         The CF attribute, in UDUNITS.
+    kind : str
+        Of a parameter: its key in `KINDS`.
     """
 
     label: str
     symbol: str
     long_name: str
     units: str = "1"
+    kind: str = ""
+
+
+def _parameter(kind: str, label: str, symbol: str, long_name: str) -> Quantity:
+    return Quantity(label, symbol, long_name, "1", kind)
 
 
 PARAMETERS: Mapping[str, Quantity] = MappingProxyType(
     {
-        "field": Quantity("field", r"$E/E_c$", "nominal electric field over the relaxed critical field"),
-        "rate": Quantity("ramp rate", r"$k\,\tau/E_c$", "ramp rate, in relaxed critical fields per relaxation time"),
-        "modulus_ratio": Quantity(
-            "modulus ratio", r"$\mu_U/\mu_R$", "unrelaxed shear modulus over relaxed shear modulus"
+        "field": _parameter(
+            "field", "field", r"$E/E_c$", "nominal electric field, normalised by the relaxed critical field"
+        ),
+        "rate": _parameter(
+            "rate", "ramp rate", r"$k\,\tau/E_c$", "ramp rate, in relaxed critical fields per relaxation time"
+        ),
+        "overdrive_field": _parameter(
+            "field", "overdrive field", r"$E_o/E_c$",
+            "nominal electric field of the overdrive, normalised by the relaxed critical field",
+        ),
+        "bias": _parameter(
+            "field", "bias", r"$E_b/E_c$", "mean nominal electric field, normalised by the relaxed critical field"
+        ),
+        "amplitude": _parameter(
+            "field", "amplitude", r"$E_a/E_c$",
+            "amplitude of the nominal electric field, normalised by the relaxed critical field",
+        ),
+        "width": _parameter("time", "width", r"$t_w/\tau$", "duration of the pulse, in relaxation times"),
+        "hold_time": _parameter("time", "hold time", r"$t_h/\tau$", "time at constant field, in relaxation times"),
+        "fall_rate": _parameter(
+            "rate", "fall rate", r"$k_f\,\tau/E_c$", "rate at which the field falls, in relaxed critical fields per "
+            "relaxation time",
+        ),
+        "overdrive_time": _parameter(
+            "time", "overdrive time", r"$t_o/\tau$", "duration of the overdrive, in relaxation times"
+        ),
+        "period": _parameter("period", "period", r"$t_p/\tau$", "period of the loading, in relaxation times"),
+        "duty": _parameter("share", "duty", r"$d$", "share of the period during which the field is applied"),
+        "modulus_ratio": _parameter(
+            "ratio", "modulus ratio", r"$\mu_U/\mu_R$", "unrelaxed shear modulus over relaxed shear modulus"
+        ),
+        "prestretch": _parameter(
+            "ratio", "pre-stretch", r"$\lambda_p$",
+            "equibiaxial stretch to which the film relaxed under its dead load before the voltage",
+        ),
+        "stress": _parameter(
+            "stress", "dead load", r"$s/\mu_R$",
+            "equibiaxial nominal stress of the dead load, over the relaxed shear modulus",
         ),
     }
 )
-"""What a sweep can vary, in the order of its dimensions."""
+"""Parameters of the built-in programs and of every sweep."""
+
+_WORDS = {
+    "field": "nominal electric field, normalised by the relaxed critical field",
+    "rate": "rate of the field, in relaxed critical fields per relaxation time",
+    "time": "duration, in relaxation times",
+    "period": "period, in relaxation times",
+    "share": "share of a time",
+    "count": "number of cycles",
+}
+
+
+def parameter(name: str, kind: str) -> Quantity:
+    """Return what a parameter of a program stands for, its name being one of `PARAMETERS` or the user's own.
+
+    Examples
+    --------
+    >>> parameter("rest_time", "time").long_name
+    'rest time: duration, in relaxation times'
+    """
+    known = PARAMETERS.get(name)
+    if known is not None and known.kind == kind:
+        return known
+    label = name.replace("_", " ")
+    return _parameter(kind, label, "", f"{label}: {_WORDS[kind]}")
+
 
 VARIABLES: Mapping[str, Quantity] = MappingProxyType(
     {
@@ -65,9 +201,21 @@ VARIABLES: Mapping[str, Quantity] = MappingProxyType(
             r"$\lambda_\infty$",
             "equibiaxial stretch after full relaxation, where the film survives",
         ),
+        "largest_stretch": Quantity(
+            "largest stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch until failure or rest"
+        ),
+        "cycles_to_failure": Quantity(
+            "cycles to failure", r"$N$", "completed repetitions before electromechanical instability"
+        ),
+        "steady_stretch_max": Quantity(
+            "largest steady stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch of the limit cycle"
+        ),
+        "steady_stretch_min": Quantity(
+            "smallest steady stretch", r"$\lambda_{\min}$", "smallest equibiaxial stretch of the limit cycle"
+        ),
     }
 )
-"""What a sweep finds, in the order of its variables."""
+"""What sweeps find, in the order of the variables; which of them, is for the program to say."""
 
 TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
     {
@@ -186,6 +334,19 @@ NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
 
 OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")
 """Words for the values 0, 1, 2, ... of ``outcome``."""
+
+
+RESULTS = frozenset(NOMENCLATURE.keys() - PARAMETERS.keys())
+"""Names of what data sets hold beside parameters."""
+
+RESERVED = frozenset(
+    {
+        *RESULTS, "modulus_ratio", "prestretch", "stress", "rtol", "method",
+        "formulation", "step", "progress", "material", "thickness", "program", "path", "variables", "dtype", "engine",
+        "scheduler", "memory", "fresh", "parameter", "lifetime", "cycles", "cycle",
+    }
+)
+"""Names that no parameter of a program can have: those of results, and of the arguments of a sweep."""
 
 
 def cf_attributes(name: str) -> dict[str, str]:

@@ -63,7 +63,7 @@ def make_dataset(grid: Grid, solution: "Solution", provenance: Mapping[str, str 
     >>> ds.outcome.attrs["flag_meanings"]
     'survives fails_later fails_at_once unresolved'
     """
-    variables = {name: (grid.dims, values, _variable_attributes(name)) for name, values in solution._asdict().items()}
+    variables = {name: (grid.dims, values, _variable_attributes(name)) for name, values in solution.by_name().items()}
     return annotated(xr.Dataset(variables, grid.coords), grid, provenance, "Phase diagram")
 
 

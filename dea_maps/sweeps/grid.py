@@ -8,9 +8,12 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..checks import brief
-from ..nomenclature import cf_attributes
+from ..nomenclature import PARAMETERS, cf_attributes
 from ..programs import PROGRAMS, Program
 from .parameters import ParameterLike, as_data_array
+
+FILM = ("modulus_ratio", "prestretch", "stress")
+"""Parameters of the film and its dead load: the first always, the others at most one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,24 +46,19 @@ class Grid:
         return math.prod(self.shape)
 
 
-def make_grid(
-    program: Program,
-    *,
-    modulus_ratio: ParameterLike | None,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
-) -> Grid:
+def make_grid(program: Program, **given: ParameterLike | None) -> Grid:
     """Check the parameters of a sweep and broadcast them against each other.
 
     A number has no dimension, a 1-D array a dimension of its own name, a DataArray its own dimensions.
-    Dimensions come in the order in which they first appear over `field`, `rate`, `modulus_ratio`.
+    Dimensions come in the order in which they first appear over the parameters of the program and those of the film.
 
     Parameters
     ----------
     program : Program
         The loading program.
-    modulus_ratio, field, rate : number, 1-D array or DataArray
-        What the program takes; dimensionless, see `dea_maps.nomenclature`. An empty array makes no cells.
+    **given : number, 1-D array or DataArray
+        The parameters that the program takes, and those of the film, see `FILM`; None counts as left out. All are
+        dimensionless, see `dea_maps.nomenclature`. An empty array makes no cells.
 
     Returns
     -------
@@ -84,18 +82,18 @@ def make_grid(
     >>> grid.dims, grid.shape
     (('field', 'modulus_ratio'), (3, 2))
     """
-    if not isinstance(program, Program):
-        known = ", ".join(f"{cls.__name__}()" for cls in PROGRAMS.values())
-        raise TypeError(f"program must be a loading program, one of {known}; got {brief(program)}")
-    given = {"field": field, "rate": rate, "modulus_ratio": modulus_ratio}
-    taken = (*program.parameters, "modulus_ratio")
-    takes = f"{program.name!r}, which takes {' and '.join(taken)}"
-    for name, value in given.items():
-        if value is None and name in taken:
+    kinds = kinds_taken(program)
+    given = {name: value for name, value in given.items() if value is not None}
+    takes = f"{program.name!r}, which takes {' and '.join((*program.parameters, 'modulus_ratio'))}"
+    for name in (*program.parameters, "modulus_ratio"):
+        if name not in given:
             raise ValueError(f"{name} is missing for the program {takes}")
-        if value is not None and name not in taken:
+    for name, value in given.items():
+        if name not in kinds:
             raise ValueError(f"{name} = {brief(value)} is not a parameter of the program {takes}")
-    arrays = {name: as_data_array(name, value) for name, value in given.items() if value is not None}
+    if "prestretch" in given and "stress" in given:
+        raise ValueError("prestretch and stress must not both be given: either stands for the dead load")
+    arrays = {name: as_data_array(name, given[name], kind) for name, kind in kinds.items() if name in given}
     sizes = _common_sizes(arrays)
     dims, shape = tuple(sizes), tuple(sizes.values())
     cells = math.prod(shape)
@@ -104,6 +102,26 @@ def make_grid(
         raise MemoryError(f"{product} = {cells:.3g} cells are more than an array can index: take fewer")
     parameters = {name: _broadcast(array.variable, dims, shape) for name, array in arrays.items()}
     return Grid(program, dims, shape, parameters, _common_coordinates(arrays))
+
+
+def kinds_taken(program: Program) -> dict[str, str]:
+    """Return all parameters that a sweep under a program can have, and the kind of each, in the order of dimensions.
+
+    Raises
+    ------
+    TypeError
+        If it is no loading program.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Ramp
+    >>> kinds_taken(Ramp())
+    {'rate': 'rate', 'modulus_ratio': 'ratio', 'prestretch': 'ratio', 'stress': 'stress'}
+    """
+    if not isinstance(program, Program):
+        known = ", ".join(f"{cls.__name__}()" for cls in PROGRAMS.values())
+        raise TypeError(f"program must be a loading program, one of {known}; got {brief(program)}")
+    return {**program.kinds, **{name: PARAMETERS[name].kind for name in FILM}}
 
 
 def _common_sizes(arrays: dict[str, xr.DataArray]) -> dict[str, int]:

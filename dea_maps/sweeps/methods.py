@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import brief
-from ..programs import Program
+from ..programs import PROGRAMS, Program, shape_of
 
 SMALLEST_RTOL = 1e-12
 LARGEST_RTOL = 1e-3
@@ -27,26 +27,29 @@ class Method:
         Order of convergence of the results on a regular formulation; 0 for a quadrature, which converges
         faster than any power.
     kind : str
-        What it is, in words; ends in "fixed step" where the step is the caller's.
-    serves : mapping of str to tuple of str
-        Names of the loading programs that it serves, by formulation.
+        What it is, in words.
+    formulations : tuple of str
+        What ``formulation=`` takes with it; "auto" takes the first that serves the program.
     region : str
         Where the promise of ``rtol`` holds.
     source : str
         Where the method comes from.
+    fixed_step : bool
+        Whether the step is the caller's.
     """
 
     name: str
     order: int
     kind: str
-    serves: Mapping[str, tuple[str, ...]]
+    formulations: tuple[str, ...]
     region: str
     source: str
+    fixed_step: bool = False
 
     @property
-    def formulations(self) -> tuple[str, ...]:
-        """What ``formulation=`` takes with it; "auto" takes the first that serves the program."""
-        return tuple(self.serves)
+    def serves(self) -> dict[str, tuple[str, ...]]:
+        """Names of the loading programs that it serves, by formulation."""
+        return {form: tuple(name for name in PROGRAMS if _serves_named(form, name)) for form in self.formulations}
 
     @property
     def programs(self) -> tuple[str, ...]:
@@ -56,16 +59,40 @@ class Method:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a sweep is computed with; exactly one of ``rtol`` and ``step`` is a number."""
+    """What a sweep is computed with; exactly one of ``rtol`` and ``step`` is a number; and whether the films carry a dead load."""
 
     method: str
     formulation: str
     rtol: float | None
     step: float | None
+    dead_load: bool = False
 
 
-_EVERY_PROGRAM = ("step", "ramp", "ramp_hold")
-_RISING = ("ramp", "ramp_hold")
+TIME = "time"
+"""The formulation that serves every program: one equation for the internal stretch, in time."""
+_SHAPES: Mapping[str, tuple[str, ...]] = {
+    "stretch": ("step",),
+    "area": ("ramp", "ramp_hold"),
+    "fold": ("step", "ramp", "ramp_hold"),
+    "rate": ("step", "ramp", "ramp_hold"),
+}
+"""Shapes of programs that a formulation serves, see `dea_maps.programs.Shape`; one that is not here serves all."""
+
+
+def _serves(form: str, program: Program, dead_load: bool) -> bool:
+    """Return whether a formulation serves a program."""
+    if form not in _SHAPES:
+        return True
+    shape = shape_of(program)
+    return shape is not None and shape.name in _SHAPES[form] and not dead_load
+
+
+def _serves_named(form: str, name: str) -> bool:
+    """Return whether a formulation serves every program of a name."""
+    made_of_pieces = "pieces" in PROGRAMS[name].__dict__
+    return form not in _SHAPES or (made_of_pieces and _serves(form, PROGRAMS[name](), False))
+
+
 _WHOLE_REGION = (
     "modulus_ratio from 1 to 1000, field from 0 to 1.5 sqrt(modulus_ratio), rate from 1e-6 to 1e5, every rtol; "
     "beyond, the result is as accurate as asked or unresolved"
@@ -75,20 +102,26 @@ _FOLD_REGION = (
     "1e-2 to 1e2, rtol from 1e-10"
 )
 
+_TIME_REGION = (
+    "modulus_ratio from 1 to 1000, durations and periods from 1e-4 to 1e4, up to 1e6 cycles, rtol from 1e-10, "
+    "from 1e-12 where the program ends constant; beyond, the result is as accurate as asked or unresolved"
+)
+
 _METHODS = (
     Method(
         "rk4",
         4,
         "explicit, fixed step",
-        {"fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
+        ("fold", "rate"),
         "none: the step is the caller's",
         "Kutta 1901",
+        fixed_step=True,
     ),
     Method(
         "dopri5",
         5,
         "explicit, adaptive",
-        {"area": _RISING, "fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
+        ("area", "fold", "rate"),
         f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}",
         "Dormand and Prince 1980",
     ),
@@ -96,15 +129,15 @@ _METHODS = (
         "dop853",
         8,
         "explicit, adaptive",
-        {"area": _RISING, "fold": _EVERY_PROGRAM, "rate": _EVERY_PROGRAM},
-        f"'area': {_WHOLE_REGION}; {_FOLD_REGION}",
+        ("area", "fold", "rate", TIME),
+        f"'area': {_WHOLE_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}",
         "Hairer, Norsett and Wanner 1993, section II.10",
     ),
     Method(
         "radau5",
         5,
         "implicit, L-stable, adaptive",
-        {"area": _RISING},
+        ("area",),
         f"{_WHOLE_REGION}; rtol from 1e-7",
         "Radau IIA; Hairer and Wanner 1996, section IV.8",
     ),
@@ -112,7 +145,7 @@ _METHODS = (
         "quadrature",
         0,
         "integral over the stretch, adaptive number of nodes",
-        {"stretch": ("step",)},
+        ("stretch",),
         _WHOLE_REGION,
         "Gauss and Legendre after the poles are taken out",
     ),
@@ -137,7 +170,9 @@ def methods() -> tuple[Method, ...]:
     return _METHODS
 
 
-def choose(program: Program, method: str, formulation: str, rtol: float, step: float | None) -> Choice:
+def choose(
+    program: Program, method: str, formulation: str, rtol: float, step: float | None, dead_load: bool = False
+) -> Choice:
     """Check what is asked of a sweep, and fill in what is left to "auto".
 
     Parameters
@@ -150,6 +185,8 @@ def choose(program: Program, method: str, formulation: str, rtol: float, step: f
         Relative error of the results; not used by a method of fixed step.
     step : float or None
         Step length of a method of fixed step, in the formulation's independent variable.
+    dead_load : bool
+        Whether the films carry a dead load.
 
     Returns
     -------
@@ -169,41 +206,39 @@ def choose(program: Program, method: str, formulation: str, rtol: float, step: f
     _check_number("rtol", rtol)
     if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:
         raise ValueError(f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL}; got {brief(rtol)}")
-    known = {entry.name: entry for entry in _METHODS if program.name in entry.programs}
-    forms = {form for entry in known.values() for form, names in entry.serves.items() if program.name in names}
+    served = {
+        entry.name: [form for form in entry.formulations if _serves(form, program, dead_load)] for entry in _METHODS
+    }
+    known = {entry.name: entry for entry in _METHODS if served[entry.name]}
+    forms = {form for names in served.values() for form in names}
     _check_name("method", method, known)
     _check_name("formulation", formulation, sorted(forms))
     if method == "auto":
         if step is not None:
-            fixed = " or ".join(repr(name) for name, entry in known.items() if _is_fixed(entry))
+            fixed = " or ".join(repr(name) for name, entry in known.items() if entry.fixed_step)
             raise ValueError(f"step = {brief(step)} needs a method of fixed step: method must be {fixed}; got 'auto'")
         candidates = [known[name] for name in _AUTOMATIC if name in known]
-        entry = next(entry for entry in candidates if formulation == "auto" or formulation in entry.serves)
+        entry = next(entry for entry in candidates if formulation == "auto" or formulation in served[entry.name])
     else:
         entry = known[method]
-    served = [form for form, names in entry.serves.items() if program.name in names]
-    form = served[0] if formulation == "auto" else formulation
-    if form not in served:
+    form = served[entry.name][0] if formulation == "auto" else formulation
+    if form not in served[entry.name]:
         raise ValueError(
-            f"formulation must be one of {', '.join(map(repr, served))} with the method {method!r} and the program "
-            f"{program.name!r}; got {form!r}"
+            f"formulation must be one of {', '.join(map(repr, served[entry.name]))} with the method {method!r} and the "
+            f"program {program.name!r}; got {form!r}"
         )
-    if not _is_fixed(entry):
+    if not entry.fixed_step:
         if step is not None:
             raise ValueError(
                 f"step must be left out with the method {entry.name!r}, which finds its own; got {brief(step)}"
             )
-        return Choice(entry.name, form, float(rtol), None)
+        return Choice(entry.name, form, float(rtol), None, dead_load)
     if step is None:
         raise ValueError(f"step is missing for the method {entry.name!r}: a length above 0")
     _check_number("step", step)
     if not 0.0 < step < math.inf:
         raise ValueError(f"step must be above 0 and finite; got {brief(step)}")
-    return Choice(entry.name, form, None, float(step))
-
-
-def _is_fixed(entry: Method) -> bool:
-    return entry.kind.endswith("fixed step")
+    return Choice(entry.name, form, None, float(step), dead_load)
 
 
 def _check_number(name: str, value: object) -> None:

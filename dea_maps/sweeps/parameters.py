@@ -1,60 +1,31 @@
 """One parameter of a sweep: what it may be, and its values on named dimensions."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import NamedTuple
-
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 from xarray.indexes import PandasMultiIndex
 
 from ..checks import brief
-from ..nomenclature import NOMENCLATURE, PARAMETERS, cf_attributes
+from ..nomenclature import KINDS, RESULTS, Kind, parameter
 
 ParameterLike = npt.ArrayLike | xr.DataArray
 """A number, a 1-D array, or a DataArray that broadcasts by its dimensions."""
 
 
-class Bound(NamedTuple):
-    """The smallest value of a parameter.
-
-    Attributes
-    ----------
-    lowest : float
-        The bound.
-    included : bool
-        Whether the bound itself is allowed.
-    """
-
-    lowest: float
-    included: bool
-
-
-BOUNDS: Mapping[str, Bound] = MappingProxyType(
-    {
-        "field": Bound(0.0, included=True),
-        "rate": Bound(0.0, included=False),
-        "modulus_ratio": Bound(1.0, included=True),
-    }
-)
-"""What each parameter may be, beside finite."""
-
-_RESERVED = NOMENCLATURE.keys() - PARAMETERS.keys()
 _KINDS = "a real number, a 1-D array of real numbers or an xarray.DataArray of them"
 
 
-def check_values(name: str, values: npt.NDArray[np.float64], bound: Bound | None = None) -> None:
-    """Check that every value of a parameter is finite and within its bound.
+def check_values(name: str, values: npt.NDArray[np.float64], kind: Kind) -> None:
+    """Check that every value of a parameter is finite and within the bounds of its kind.
 
     Parameters
     ----------
     name : str
-        A key of `BOUNDS`, or another name and its bound.
+        What it is called in the message.
     values : ndarray of float64, any shape
         Its values.
-    bound : Bound, optional
-        By default that of the parameter.
+    kind : Kind
+        One of `dea_maps.nomenclature.KINDS`.
 
     Raises
     ------
@@ -63,27 +34,27 @@ def check_values(name: str, values: npt.NDArray[np.float64], bound: Bound | None
 
     Examples
     --------
-    >>> check_values("rate", np.array([1.0, 0.0]))
+    >>> check_values("rate", np.array([1.0, 0.0]), KINDS["rate"])
     Traceback (most recent call last):
     ...
     ValueError: rate must be finite and above 0; got 0.0
     """
-    lowest, included = bound or BOUNDS[name]
-    allowed = np.isfinite(values) & (values >= lowest if included else values > lowest)
+    allowed = kind.allows(values)
     if not allowed.all():
-        limit = f"{'at least' if included else 'above'} {lowest:g}"
-        raise ValueError(f"{name} must be finite and {limit}; got {values[~allowed].flat[0]}")
+        raise ValueError(f"{name} must be {kind.limits}; got {values[~allowed].flat[0]}")
 
 
-def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray:
+def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> xr.DataArray:
     """Check a parameter and put it on named dimensions.
 
     Parameters
     ----------
     name : str
-        A key of `BOUNDS`.
+        Its name.
     value : number, 1-D array or DataArray
         What the caller gave. A 1-D array gets a dimension of the parameter's own name.
+    kind : str
+        A key of `dea_maps.nomenclature.KINDS`.
 
     Returns
     -------
@@ -100,7 +71,7 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray
 
     Examples
     --------
-    >>> as_data_array("field", [1, 2]).dims
+    >>> as_data_array("field", [1, 2], "field").dims
     ('field',)
     """
     given = value if isinstance(value, xr.DataArray | xr.Variable) else _as_array(name, value)
@@ -109,13 +80,14 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable) -> xr.DataArray
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
     named = xr.DataArray(raw, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     values = np.array(raw, dtype=np.float64)
-    check_values(name, values)
+    check_values(name, values, KINDS[kind])
     _check_coordinates(name, named, values)
     units = named.attrs.get("units", "1")
     if units not in {"", "1", "dimensionless"}:
         raise ValueError(f"{name} must be dimensionless, with units '1'; got units {units!r}")
     array = named.copy(data=values)
-    array.attrs = {**cf_attributes(name), **named.attrs, "units": "1"}
+    quantity = parameter(name, kind)
+    array.attrs = {"long_name": quantity.long_name, "units": quantity.units, **named.attrs, "units": "1"}
     return array
 
 
@@ -144,7 +116,7 @@ def _check_coordinates(name: str, array: xr.DataArray, values: npt.NDArray[np.fl
     for key in (*array.dims, *array.coords):
         if not isinstance(key, str):
             raise TypeError(f"{name} must name its dimensions and coordinates by strings; got {key!r}")
-        if key in _RESERVED:
+        if key in RESULTS:
             raise ValueError(f"{name} has a dimension or coordinate {key!r}, a name that the result itself needs")
     if name in array.dims:
         if array.dims != (name,):

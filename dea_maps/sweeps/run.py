@@ -19,19 +19,17 @@ from .solve import Solution, solve
 def planned(
     program: Program,
     *,
-    modulus_ratio: ParameterLike,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
     rtol: float = 1e-6,
     method: str = "auto",
     formulation: str = "auto",
     step: float | None = None,
+    **parameters: ParameterLike | None,
 ) -> tuple[Grid, Choice]:
     """Return the grid of a sweep and how it would be solved, with everything checked and nothing computed.
 
     Parameters
     ----------
-    program, modulus_ratio, field, rate, rtol, method, formulation, step
+    program, rtol, method, formulation, step, **parameters
         As in `sweep`.
 
     Returns
@@ -51,10 +49,13 @@ def planned(
     >>> grid.cells, choice.method
     (2, 'dopri5')
     """
-    grid = make_grid(program, modulus_ratio=modulus_ratio, field=field, rate=rate)
-    choice = choose(program, method, formulation, rtol, step)
-    if grid.cells and "field" in grid.coords:
-        warn_implausible("field", grid.coords["field"].values, scale=float(grid.coords["modulus_ratio"].max()) ** 0.5)
+    grid = make_grid(program, **parameters)
+    dead_load = not {"prestretch", "stress"}.isdisjoint(grid.parameters)
+    choice = choose(program, method, formulation, rtol, step, dead_load)
+    for name, kind in program.kinds.items() if grid.cells else ():
+        if kind == "field":
+            scale = float(grid.coords["modulus_ratio"].max()) ** 0.5
+            warn_implausible("field", grid.coords[name].values, scale=scale)
     return grid, choice
 
 
@@ -62,13 +63,14 @@ def sweep(
     program: Program,
     *,
     modulus_ratio: ParameterLike,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
     rtol: float = 1e-6,
     method: str = "auto",
     formulation: str = "auto",
     step: float | None = None,
     progress: bool = False,
+    **parameters: ParameterLike,
 ) -> xr.Dataset:
     """Find whether, when and at what stretch a film fails, over all combinations of parameters.
 
@@ -80,12 +82,13 @@ def sweep(
         The loading program: ``Step()``, ``Ramp()``, ``RampHold()``, ...
     modulus_ratio : number, 1-D array or DataArray
         Unrelaxed over relaxed shear modulus, at least 1.
-    field : number, 1-D array or DataArray
-        Nominal field over the relaxed critical field, at least 0, where the program takes it.
-    rate : number, 1-D array or DataArray
-        Ramp rate in relaxed critical fields per relaxation time, above 0, where the program takes it.
         A number has no dimension, a 1-D array a dimension of its own name; a DataArray broadcasts by the
         names of its dimensions, so that three of them on one dimension give scattered points.
+    prestretch : number, 1-D array or DataArray, optional
+        Stretch of at least 1 to which the film relaxed under its dead load before the voltage.
+    stress : number, 1-D array or DataArray, optional
+        Dead load applied to the fresh film with the voltage: equibiaxial nominal stress over the relaxed modulus, at
+        least 0. At most one of `prestretch` and `stress`.
     rtol : float
         Relative error allowed in time to failure, critical stretch and critical field, from 1e-12 to 1e-3.
     method, formulation : str
@@ -94,6 +97,9 @@ def sweep(
         Step of a method with fixed steps, in the formulation's independent variable; `rtol` is then not used.
     progress : bool
         Whether to draw a progress bar on standard error, and to say there when something is compiled first.
+    **parameters : number, 1-D array or DataArray
+        The parameters of the program by name, as ``field=``, ``rate=``: fields are normalised by the relaxed critical
+        field, rates are in relaxed critical fields per relaxation time, times in relaxation times.
 
     Returns
     -------
@@ -125,12 +131,13 @@ def sweep(
     grid, choice = planned(
         program,
         modulus_ratio=modulus_ratio,
-        field=field,
-        rate=rate,
+        prestretch=prestretch,
+        stress=stress,
         rtol=rtol,
         method=method,
         formulation=formulation,
         step=step,
+        **parameters,
     )
     return make_dataset(grid, _solved(grid, choice, progress), provenance_of(choice))
 

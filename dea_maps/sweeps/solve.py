@@ -3,7 +3,7 @@
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -12,10 +12,15 @@ from numpy.typing import NDArray
 from ..kernels import build, lane_state, model, programs
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
+from ..kernels.loading import build as loading
+from ..kernels.loading import results as loading_rows
+from ..nomenclature import VARIABLES
 from ..notices import notice
-from ..programs import Program
+from ..pieces import Argument
+from ..programs import Program, shape_of
 from .chunks import Index, cut
-from .methods import Choice, choose
+from .loading import SINE, arrays_of, film_of, table_of
+from .methods import TIME, Choice, choose
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
 
@@ -24,8 +29,6 @@ KERNELS = FINGERPRINT
 
 # Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
 CHUNK = 4096
-# What a kernel takes, in its order.
-NAMES = ("field", "rate", "modulus_ratio")
 # Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
 ATTEMPTS = 1_000_000
 # The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
@@ -46,8 +49,17 @@ _OUTCOMES[lane_state.FAILED] = FAILS_LATER
 _OUTCOMES[lane_state.FAILS_AT_ONCE] = FAILS_AT_ONCE
 
 
+Parameters = Mapping[str, NDArray[np.float64]]
+"""Parameters of cells by name, all of one shape."""
+Arguments = Callable[[Parameters], tuple[Any, ...]]
+"""What a kernel takes for some cells."""
+
+
 class Solution(NamedTuple):
-    """Results of a sweep, each of the grid's shape; see the data set's variables for their meaning."""
+    """Results of a sweep, each of the grid's shape; see the data set's variables for their meaning.
+
+    The last four are None where the program has no such result.
+    """
 
     outcome: NDArray[np.int8]
     time_to_failure: NDArray[np.float64]
@@ -55,11 +67,19 @@ class Solution(NamedTuple):
     critical_internal_stretch: NDArray[np.float64]
     critical_field: NDArray[np.float64]
     final_stretch: NDArray[np.float64]
+    largest_stretch: NDArray[np.float64] | None = None
+    cycles_to_failure: NDArray[np.float64] | None = None
+    steady_stretch_max: NDArray[np.float64] | None = None
+    steady_stretch_min: NDArray[np.float64] | None = None
+
+    def by_name(self) -> dict[str, NDArray[Any]]:
+        """Return the results that there are."""
+        return {name: values for name, values in self._asdict().items() if values is not None}
 
 
 def solve(
     program: Program,
-    parameters: Mapping[str, NDArray[np.float64]],
+    parameters: Parameters,
     choice: Choice,
     *,
     on_cells: Callable[[int], object] | None = None,
@@ -85,36 +105,61 @@ def solve(
     Solution
         Arrays of the shape of ``parameters``.
     """
-    ratio = parameters["modulus_ratio"]
-    shape, cells = ratio.shape, ratio.size
-    result = np.empty((kernel_rows.RESULTS, cells))
+    shape = parameters["modulus_ratio"].shape
+    cells = parameters["modulus_ratio"].size
     outcome = np.empty(cells, np.int8)
-    kernel = _sweep_kernel(program, choice)
+    rows, kernel, arguments = _kernel(program, choice)
     _prepare(kernel, program.name, COMPILE_SECONDS[choice.method])
-    accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
-
+    result = np.empty((rows, cells))
     parts = cut(shape, CHUNK)
 
     def compute(number: int) -> int:
         part = parts.cells(number)
-        columns = _columns(parameters, parts.index(number))
+        given = {name: np.atleast_1d(values[parts.index(number)]).flatten() for name, values in parameters.items()}
         status = np.empty(part.stop - part.start, np.int8)
-        kernel(*columns, *accuracy, status, result[:, part])
+        kernel(*arguments(given), status, result[:, part])
         outcome[part] = _OUTCOMES[status]
         return status.size
 
     _in_threads(compute, range(parts.count), on_cells, threads)
-    columns = [row.reshape(shape) for row in result]
-    return Solution(outcome.reshape(shape), *columns)
+    found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
+    if found.largest_stretch is None:  # under a field that only rises, the largest stretch is the last one
+        found = found._replace(
+            largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
+        )
+    return found._replace(**{name: None for name in VARIABLES if name not in program.results})
+
+
+def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
+    """Return how many rows of results a kernel has, the kernel, and its arguments before status and results."""
+    if choice.formulation != TIME:
+        shape = shape_of(program)
+        assert shape is not None  # `methods.choose` lets no other program through
+        accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
+
+        def columns(given: Parameters) -> tuple[Any, ...]:
+            return _column(shape.field, given), _column(shape.rate, given), given["modulus_ratio"], *accuracy
+
+        return kernel_rows.RESULTS, build.sweep_for(shape.name, choice.formulation, choice.method), columns
+    table = table_of(program)
+
+    def pieces(given: Parameters) -> tuple[Any, ...]:
+        return *arrays_of(table, given), *film_of(given), choice.rtol
+
+    return loading_rows.RESULTS, loading.sweep(bool((table.kind == SINE).any()), choice.dead_load), pieces
+
+
+def _column(argument: Argument | None, given: Parameters) -> NDArray[np.float64]:
+    """Return the values of a number, or of a parameter, in every cell."""
+    if isinstance(argument, str):
+        return given[argument]
+    return np.full(given["modulus_ratio"].shape, 0.0 if argument is None else float(argument))
 
 
 def compiles(program: Program, choice: Choice) -> bool:
     """Return whether the next sweep of a program would first compile: its machine code is not there yet."""
-    return _sweep_kernel(program, choice).needs_compiling()
-
-
-def _sweep_kernel(program: Program, choice: Choice) -> Kernel:
-    return build.sweep_for(program.name, choice.formulation, choice.method)
+    _, kernel, _ = _kernel(program, choice)
+    return kernel.needs_compiling()
 
 
 def _prepare(kernel: Kernel, what: str, seconds: int) -> None:
@@ -124,14 +169,14 @@ def _prepare(kernel: Kernel, what: str, seconds: int) -> None:
     kernel.prepare()
 
 
-def solve_auto(program: Program, parameters: Mapping[str, NDArray[np.float64]], rtol: float) -> Solution:
+def solve_auto(program: Program, parameters: Parameters, rtol: float) -> Solution:
     """Compute every cell by what is fastest at this accuracy, see `solve`."""
-    return solve(program, parameters, choose(program, "auto", "auto", rtol, None))
+    return solve(program, parameters, choose(program, "auto", "auto", rtol, None, _loaded(parameters)))
 
 
 def trace(
     program: Program,
-    parameters: Mapping[str, NDArray[np.float64]],
+    parameters: Parameters,
     times: NDArray[np.float64],
     rtol: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -154,20 +199,26 @@ def trace(
     """
     ratio = parameters["modulus_ratio"]
     cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
-    kernel = build.trajectory(program.name)
-    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     stretch, internal = np.empty((2, cells, shape[-1]))
+    rising = shape_of(program)
+    if rising is None or _loaded(parameters):
+        _trace_general(program, parameters, times, rtol, stretch, internal)
+        return stretch.reshape(shape), internal.reshape(shape)
+    kernel = build.trajectory(rising.name)
+    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     ends = solve_auto(program, parameters, rtol)
     lifetimes = np.nan_to_num(ends.time_to_failure)
-    per_cell = np.minimum(times, _relaxed_by(parameters, ends.final_stretch)[..., np.newaxis])
+    fields, rates = (_column(argument, parameters) for argument in (rising.field, rising.rate))
+    corners = fields / rates if rising.name == "ramp_hold" else np.zeros_like(fields)
+    per_cell = np.minimum(times, _relaxed_by(corners, ratio, ends.final_stretch)[..., np.newaxis])
 
     def compute(cell: int) -> int:
         index = np.unravel_index(cell, ratio.shape)
-        columns = _columns(parameters, index)
+        columns = [np.atleast_1d(column[index]) for column in (fields, rates, ratio)]
         own = per_cell[index]
         # Where the film runs away after a long hold, the error counts of all that time.
         field, rate, _ = (float(column[0]) for column in columns)
-        held = programs.time_held(program.name, field, rate, float(lifetimes.flat[cell]))
+        held = programs.time_held(rising.name, field, rate, float(lifetimes.flat[cell]))
         tight = max(rtol / (1.0 + 10.0 * held), 1e-14)
         alive = own < (lifetimes.flat[cell] or np.inf)
         for share in RETRACED:
@@ -193,26 +244,42 @@ def relaxation_rate(
 
 
 def _relaxed_by(
-    parameters: Mapping[str, NDArray[np.float64]], final_stretch: NDArray[np.float64]
+    corner: NDArray[np.float64], modulus_ratio: NDArray[np.float64], final_stretch: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """When films that survive have come to rest: an explicit method would step on for ever. Infinity for others."""
-    rate = relaxation_rate(final_stretch, parameters["modulus_ratio"])
-    rising = parameters.get("field", 0.0) / parameters.get("rate", np.inf)
+    rate = relaxation_rate(final_stretch, modulus_ratio)
     comes_to_rest = rate > 0.0
-    return np.where(comes_to_rest, rising + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
+    return np.where(comes_to_rest, corner + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
 
 
-def applied_field(
-    program: Program, parameters: Mapping[str, NDArray[np.float64]], times: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """E/Ec of every cell at given times, as in `trace`, of the shape of ``parameters`` and one dimension more."""
+def _trace_general(
+    program: Program,
+    parameters: Parameters,
+    times: NDArray[np.float64],
+    rtol: float,
+    stretch: NDArray[np.float64],
+    internal: NDArray[np.float64],
+) -> None:
+    """Fill in the stretches of films under any program and dead load, (cells, times), as `trace` returns them."""
+    table = table_of(program)
+    kernel = loading.trajectory(bool((table.kind == SINE).any()), _loaded(parameters))
+    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     shape = parameters["modulus_ratio"].shape
-    none = np.zeros(())
-    columns = [parameters.get(name, none)[..., np.newaxis] for name in ("field", "rate")]
-    found: NDArray[np.float64] = np.vectorize(programs.field_at, otypes=[np.float64])(
-        program.name, *columns, times
-    )
-    return np.broadcast_to(found, (*shape, times.shape[-1]))
+    per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
+
+    def compute(cell: int) -> int:
+        index = np.unravel_index(cell, shape)
+        given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
+        own = np.ascontiguousarray(per_cell[index])
+        part = slice(cell, cell + 1)
+        kernel(*arrays_of(table, given), *film_of(given), rtol, own, stretch[part], internal[part])
+        return 1
+
+    _in_threads(compute, range(stretch.shape[0]))
+
+
+def _loaded(parameters: Parameters) -> bool:
+    return not {"prestretch", "stress"}.isdisjoint(parameters)
 
 
 def margin(
@@ -226,13 +293,6 @@ def margin(
 def default_threads() -> int:
     """Return as many threads as Numba would use: NUMBA_NUM_THREADS, or the number of cores."""
     return int(numba.config.NUMBA_NUM_THREADS)
-
-
-def _columns(parameters: Mapping[str, NDArray[np.float64]], index: Index) -> list[NDArray[np.float64]]:
-    """Return field, rate and modulus ratio of the cells of a part; zeros for what the program does not take."""
-    columns = [np.atleast_1d(parameters[name][index]).flatten() if name in parameters else None for name in NAMES]
-    count = next(column.size for column in columns if column is not None)
-    return [np.zeros(count) if column is None else column for column in columns]
 
 
 def _in_threads(

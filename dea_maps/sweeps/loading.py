@@ -1,0 +1,268 @@
+"""A loading program as the kernels take it: a table of pieces whose arguments are multiples of columns.
+
+A piece is linear, from a field to another one in a time, or a sine about a mean field. Every argument is a scale times
+a column, which has a value for each cell; the first column is 1. The table does not grow with the cells, nor the columns with the pieces of a waveform.
+"""
+
+import math
+from collections.abc import Callable, Hashable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine, Time
+from ..programs import Program, Waveform
+
+LINEAR, SINE = 0, 1
+"""Kinds of pieces; their arguments are start field, end field, duration, or mean field, amplitude, duration, period."""
+
+Float = npt.NDArray[np.float64]
+Parameters = Mapping[str, Float]
+
+
+class Table(NamedTuple):
+    """The pieces of a program.
+
+    Attributes
+    ----------
+    kind : (pieces,) ndarray of int8
+        `LINEAR` or `SINE`.
+    scale : (pieces, 4) ndarray of float64
+    source : (pieces, 4) ndarray of int64
+        The arguments of a piece are ``scale * columns[source]``.
+    columns : tuple of callable
+        Each gives the values of a column, of the shape of the parameters, from them.
+    first : int
+        Number of pieces before those that are repeated.
+    repeats : int
+        How often the others are gone through; `dea_maps.programs.ENDLESS` without end.
+    endless : bool
+        Whether the last piece stands for a rise without end: it ends where no film is left.
+    """
+
+    kind: npt.NDArray[np.int8]
+    scale: Float
+    source: npt.NDArray[np.int64]
+    columns: tuple[Callable[[Parameters], npt.ArrayLike], ...]
+    first: int
+    repeats: int
+    endless: bool
+
+
+def table_of(program: Program) -> Table:
+    """Return the pieces of a loading program as a table.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Trapezoid
+    >>> table = table_of(Trapezoid())
+    >>> table.scale[1], len(table.columns)
+    (array([1., 1., 1., 0.]), 5)
+    """
+    build = _Builder()
+    if isinstance(program, Waveform):
+        return _of_samples(program, build)
+    rows, reached = build.rows(program.pieces, 0.0)
+    repeats = program.repeats
+    first = 0
+    if repeats != 1 and reached != 0.0 and not isinstance(program.pieces[0], Jump):
+        first = len(rows)  # the first time begins at zero, the others where the last one ended
+        rows += build.rows(program.pieces, reached)[0]
+        repeats = repeats if repeats < 0 else repeats - 1
+    kind = np.array([kind for kind, _ in rows], np.int8)
+    scale = np.array([[argument.scale for argument in arguments] for _, arguments in rows])
+    source = np.array([[argument.column for argument in arguments] for _, arguments in rows], np.int64)
+    return Table(kind, scale, source, tuple(build.columns.values()), first, repeats, reached == math.inf)
+
+
+Arrays = tuple[npt.NDArray[np.int8], Float, npt.NDArray[np.int64], Float, int]
+
+
+def arrays_of(table: Table, given: Parameters) -> Arrays:
+    """Return the table as the kernels take it, with the columns of some cells.
+
+    Returns
+    -------
+    kind, scale, source, columns, first, repeats
+        ``columns`` (columns, cells).
+    """
+    cells = given["modulus_ratio"].size
+    columns = np.empty((len(table.columns), cells))
+    for row, values in zip(columns, table.columns, strict=True):
+        row[:] = values(given)
+    return table.kind, table.scale, table.source, columns, table.repeats
+
+
+def film_of(given: Parameters) -> tuple[Float, Float, Float]:
+    """Return modulus ratio, internal stretch at the start and dead load over the relaxed modulus, one value a cell.
+
+    A pre-stretch is that of a film which relaxed under its dead load, ``s/mu_R = lambda_p - lambda_p**-5``, from (18).
+    """
+    ratio = np.ascontiguousarray(given["modulus_ratio"])
+    start = given.get("prestretch", np.ones_like(ratio))
+    load = start - start**-5 if "prestretch" in given else given.get("stress", np.zeros_like(ratio))
+    return ratio, np.ascontiguousarray(start), np.ascontiguousarray(load)
+
+
+class _Multiple(NamedTuple):
+    scale: float
+    column: int = 0
+
+
+class _SineEnd(NamedTuple):
+    """The field that a sine reaches, where that is not its mean."""
+
+    mean: "Argument | _SineEnd"
+    amplitude: Argument
+    cycles: Argument
+
+
+_Field = Argument | _SineEnd
+_Row = tuple[int, tuple[_Multiple, ...]]
+_ZERO = _Multiple(0.0)
+
+
+class _Builder:
+    """Collects the columns that pieces need, each once."""
+
+    def __init__(self) -> None:
+        self.columns: dict[Hashable, Callable[[Parameters], npt.ArrayLike]] = {"1": lambda given: 1.0}
+
+    def rows(self, pieces: tuple[Piece, ...], reached: _Field) -> tuple[list[_Row], _Field]:
+        """Return kind and arguments of every piece that begins at a field reached before, and the field reached."""
+        rows = []
+        for piece in pieces:
+            if isinstance(piece, Sine):
+                arguments = self.value(piece.amplitude), self.cycles(piece), self.value(piece.period)
+                rows.append((SINE, (self.value(reached), *arguments)))
+                if isinstance(piece.cycles, str) or 2.0 * piece.cycles % 1.0:
+                    reached = _SineEnd(reached, piece.amplitude, piece.cycles)
+                continue
+            start: _Field = reached
+            end: _Field = reached
+            if isinstance(piece, Hold):
+                time = self.time(piece.time)
+            elif isinstance(piece, Jump):
+                start, end, time = piece.to, piece.to, _ZERO
+            elif isinstance(piece, Linear):
+                end = piece.to
+                time = self.rise(start, end, piece.rate) if piece.rate is not None else self.time(piece.time)
+            rows.append((LINEAR, (self.value(start), self.value(end), time, _ZERO)))
+            reached = end
+        return rows, reached
+
+    def value(self, argument: _Field) -> _Multiple:
+        """Return a number, a parameter, or the field that a sine reached."""
+        if isinstance(argument, _SineEnd):
+            return self.column(argument, lambda given: _of(argument, given))
+        if not isinstance(argument, str):
+            return self.column("beyond", _beyond) if argument == math.inf else _Multiple(float(argument))
+        return self.column(argument, lambda given: given[argument])
+
+    def time(self, time: Time | None) -> _Multiple:
+        """Return a time, or a share of one."""
+        if not isinstance(time, Share):
+            return self.value(0.0 if time is None else time)
+        share, of, rest = time.share, time.of, time.rest
+        if isinstance(share, str):
+            return self.column(time, lambda given: (1.0 - given[share] if rest else given[share]) * _of(of, given))
+        whole = self.value(of)
+        return _Multiple((1.0 - share if rest else share) * whole.scale, whole.column)
+
+    def cycles(self, piece: Sine) -> _Multiple:
+        """Return the duration of a sine."""
+        if not isinstance(piece.cycles, str):
+            period = self.value(piece.period)
+            return _Multiple(float(piece.cycles) * period.scale, period.column)
+        return self.column(piece, lambda given: _of(piece.cycles, given) * _of(piece.period, given))
+
+    def rise(self, start: _Field, end: _Field, rate: Argument) -> _Multiple:
+        """Return the time from one field to another at a rate."""
+        if end == math.inf:
+            return self.column(
+                (start, end, rate), lambda given: np.maximum(_beyond(given) - _of(start, given), 0.0) / _of(rate, given)
+            )
+        if start == end:
+            return _ZERO
+        return self.column(
+            (start, end, rate), lambda given: np.abs(np.subtract(_of(end, given), _of(start, given))) / _of(rate, given)
+        )
+
+    def column(self, key: Hashable, values: Callable[[Parameters], npt.ArrayLike]) -> _Multiple:
+        """Return a column of its own, made at its first use."""
+        self.columns.setdefault(key, values)
+        return _Multiple(1.0, list(self.columns).index(key))
+
+
+def _of(argument: _Field, given: Parameters) -> npt.ArrayLike:
+    if isinstance(argument, _SineEnd):
+        phase = 2.0 * math.pi * np.asarray(_of(argument.cycles, given))
+        return np.add(_of(argument.mean, given), np.multiply(_of(argument.amplitude, given), np.sin(phase)))
+    return given[argument] if isinstance(argument, str) else argument
+
+
+def _beyond(given: Parameters) -> npt.ArrayLike:
+    """Return a field that no film carries, the end of a rise without end: twice that of instant failure."""
+    return 2.0 * np.sqrt(given["modulus_ratio"])
+
+
+def _of_samples(program: Waveform, build: _Builder) -> Table:
+    """Return the table of a waveform, a piece between every two samples; to its first value the field jumps."""
+    (name,) = program.parameters
+    pieces = program.times.size - 1
+    scale = np.zeros((pieces, 4))
+    scale[:, 0], scale[:, 1] = program.values[:-1], program.values[1:]
+    scale[:, 2] = np.diff(program.times)
+    source = np.zeros((pieces, 4), np.int64)
+    source[:, :2] = build.value(name).column
+    columns = tuple(build.columns.values())
+    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, 0, program.repeats, False)
+
+
+def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
+    """Return E/Ec at given times.
+
+    Parameters
+    ----------
+    program : Program
+        The loading program.
+    parameters : mapping of str to ndarray
+        Of one shape.
+    times : (..., times) ndarray
+        In tau, ascending; broadcasts against the shape of the parameters and one dimension more.
+
+    Returns
+    -------
+    ndarray
+        Of the shape of the parameters and one dimension more; at the time of a jump, the field before it.
+    """
+    table = table_of(program)
+    shape = np.broadcast_shapes(*(array.shape for array in parameters.values()))
+    columns = [np.broadcast_to(column(parameters), shape).ravel() for column in table.columns]
+    grid = np.broadcast_to(times, (*shape, times.shape[-1])).reshape(-1, times.shape[-1])
+    found = np.empty(grid.shape)
+    for cell in range(grid.shape[0]):
+        values = table.scale * np.array([column[cell] for column in columns])[table.source]
+        found[cell] = _field_of_cell(table, values, grid[cell])
+    return found.reshape(*shape, times.shape[-1])
+
+
+def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
+    """Return the field of one cell, ``values`` being the arguments of its pieces."""
+    ends = np.cumsum(values[:, 2])
+    whole, prologue = ends[-1] if ends.size else 0.0, ends[table.first - 1] if table.first else 0.0
+    cycle = whole - prologue
+    cycles = np.zeros(times.shape)
+    if table.repeats != 1 and cycle > 0.0:
+        most = math.inf if table.repeats < 0 else table.repeats - 1.0
+        cycles = np.clip(np.ceil((times - prologue) / cycle) - 1.0, 0.0, most)
+    local = times - cycles * cycle
+    piece = np.minimum(np.searchsorted(ends, local, side="left"), len(ends) - 1)
+    one, other, duration, period = values[piece].T
+    elapsed = local - (ends[piece] - duration)
+    part = elapsed / np.where(duration > 0.0, duration, 1.0)
+    linear = part if table.endless else np.minimum(part, 1.0)
+    rising = one + (other - one) * np.where(duration > 0.0, linear, 1.0)
+    sine = one + other * np.sin(2.0 * math.pi * np.minimum(elapsed, duration) / np.where(period > 0.0, period, 1.0))
+    return np.where(table.kind[piece] == SINE, sine, rising)
