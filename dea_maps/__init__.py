@@ -20,13 +20,27 @@ __version__ = "0.1.0"
 
 __all__ = [
     "VHB",
+    "BiasedSine",
+    "Hold",
     "ImplausibleWarning",
+    "Jump",
+    "Linear",
     "LoadHistory",
     "Material",
+    "Overdrive",
+    "Pulse",
+    "PulseTrain",
     "Ramp",
     "RampHold",
+    "Sequence",
+    "Share",
+    "Sine",
     "Step",
+    "Trapezoid",
+    "TriangleTrain",
+    "Waveform",
     "__version__",
+    "allowable",
     "allowable_field",
     "allowable_rate",
     "breakdown",
@@ -53,6 +67,7 @@ if TYPE_CHECKING:
     from .files.verify import open
     from .general.load_history import LoadHistory
     from .general.run import general_trajectory
+    from .limits.allowable import allowable
     from .limits.breakdown import breakdown
     from .limits.inverse import allowable_field, allowable_rate, reachable_stretch
     from .limits.voltages import design, read_design
@@ -60,14 +75,40 @@ if TYPE_CHECKING:
     from .materials.material import VHB, Material
     from .materials.si_units import physical
     from .materials.toml import read_material
+    from .pieces import Hold, Jump, Linear, Share, Sine
     from .plausibility import ImplausibleWarning
-    from .programs import Ramp, RampHold, Step
+    from .programs import (
+        BiasedSine,
+        Overdrive,
+        Pulse,
+        PulseTrain,
+        Ramp,
+        RampHold,
+        Sequence,
+        Step,
+        Trapezoid,
+        TriangleTrain,
+        Waveform,
+    )
     from .sweeps.methods import methods
     from .sweeps.run import sweep
     from .sweeps.trajectories import trajectory
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
+        "BiasedSine": "programs",
+        "Hold": "pieces",
+        "Jump": "pieces",
+        "Linear": "pieces",
+        "Overdrive": "programs",
+        "Pulse": "programs",
+        "PulseTrain": "programs",
+        "Sequence": "programs",
+        "Share": "pieces",
+        "Sine": "pieces",
+        "Trapezoid": "programs",
+        "TriangleTrain": "programs",
+        "Waveform": "programs",
         "ImplausibleWarning": "plausibility",
         "LoadHistory": "general.load_history",
         "Material": "materials.material",
@@ -75,6 +116,7 @@ else:
         "RampHold": "programs",
         "Step": "programs",
         "VHB": "materials.material",
+        "allowable": "limits.allowable",
         "allowable_field": "limits.inverse",
         "allowable_rate": "limits.inverse",
         "breakdown": "limits.breakdown",

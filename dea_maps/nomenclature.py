@@ -7,10 +7,11 @@ relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so al
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-import numpy.typing as npt
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 
 class Kind(NamedTuple):
@@ -43,8 +44,10 @@ class Kind(NamedTuple):
         lowest = f"finite and {'at least' if self.included else 'above'} {self.lowest:g}"
         return lowest if self.highest == math.inf else f"from {self.lowest:g} to {self.highest:g}"
 
-    def allows(self, values: npt.ArrayLike) -> npt.NDArray[np.bool_]:
+    def allows(self, values: "npt.ArrayLike") -> "npt.NDArray[np.bool_]":
         """Return where values are finite and within the bounds."""
+        import numpy as np
+
         array = np.asarray(values)
         above = array >= self.lowest if self.included else array > self.lowest
         return np.asarray(np.isfinite(array) & above & (array <= self.highest))
@@ -360,10 +363,48 @@ def cf_attributes(name: str) -> dict[str, str]:
     Examples
     --------
     >>> cf_attributes("field")
-    {'long_name': 'nominal electric field over the relaxed critical field', 'units': '1'}
+    {'long_name': 'nominal electric field, normalised by the relaxed critical field', 'units': '1'}
     """
     quantity = NOMENCLATURE[name]
     return {"long_name": quantity.long_name, "units": quantity.units}
+
+
+SI_NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "time": "seconds",
+        "time_to_failure": "seconds_to_failure",
+        "critical_field": "critical_voltage",
+        "applied_field": "applied_voltage",
+        "time_to_breakdown": "seconds_to_breakdown",
+        "breakdown_field": "breakdown_voltage",
+    }
+)
+"""Names in SI units of what sweeps and trajectories find."""
+
+
+def si_name(name: str, kind: str | None = None) -> str | None:
+    """Return the name in SI units of a variable, or of a parameter of some kind; None if there is none.
+
+    Examples
+    --------
+    >>> si_name("time_to_failure"), si_name("rest_time", "time"), si_name("field"), si_name("duty")
+    ('seconds_to_failure', 'rest_time_seconds', 'voltage', None)
+    """
+    if name in SI_NAMES:
+        return SI_NAMES[name]
+    kind = kind or (PARAMETERS[name].kind if name in PARAMETERS else None)
+    return None if kind is None else KINDS[kind].twin(name)
+
+
+def quantity_of(name: str) -> Quantity:
+    """Return what a name stands for: a key of `NOMENCLATURE`, or a parameter of the user's own.
+
+    Examples
+    --------
+    >>> quantity_of("rest_time").label
+    'rest time'
+    """
+    return NOMENCLATURE.get(name) or Quantity(name.replace("_", " "), "", name.replace("_", " "))
 
 
 def flags(words: tuple[str, ...]) -> dict[str, Any]:
@@ -374,6 +415,8 @@ def flags(words: tuple[str, ...]) -> dict[str, Any]:
     >>> flags(("no", "yes"))["flag_meanings"]
     'no yes'
     """
+    import numpy as np
+
     return {"flag_values": np.arange(len(words), dtype=np.int8), "flag_meanings": " ".join(words)}
 
 
@@ -390,5 +433,5 @@ def axis_label(name: str) -> str:
     >>> print(axis_label("modulus_ratio"))
     modulus ratio $\mu_U/\mu_R$
     """
-    quantity = NOMENCLATURE[name]
+    quantity = quantity_of(name)
     return f"{quantity.label} {quantity.symbol}".rstrip()

@@ -169,5 +169,6 @@ def _check(name: str, value: object, kind: Kind, owner: str = "Share") -> None:
         raise TypeError(f"{name} of {owner} must be a number or the name of a parameter; got {brief(value)}")
     number = float(value)
     endless = owner == "Linear" and name == "to" and number == math.inf
-    if not (kind.allows(number) or endless):
+    above = number >= kind.lowest if kind.included else number > kind.lowest
+    if not ((above and number <= kind.highest and math.isfinite(number)) or endless):
         raise ValueError(f"{name} of {owner} must be {kind.limits}; got {brief(value)}")

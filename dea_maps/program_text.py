@@ -1,13 +1,11 @@
 """Loading programs as text: the pieces of a specification, and the attributes by which a file names its program."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-import numpy as np
-
 from .checks import brief
-from .nomenclature import KINDS
+from .nomenclature import KINDS, PARAMETERS
 from .pieces import Hold, Jump, Linear, Piece, Share, Sine
 from .programs import PROGRAMS, Program, Sequence, Waveform
 
@@ -125,6 +123,8 @@ def program_of(attributes: Mapping[Any, Any]) -> Program:
         if known is Waveform:
             if "program_times" not in attributes:
                 raise ValueError(f"a file holds the samples of a waveform up to {MOST_SAMPLES} of them")
+            import numpy as np
+
             return Waveform(
                 np.atleast_1d(attributes["program_times"]),
                 np.atleast_1d(attributes["program_values"]),
@@ -136,7 +136,32 @@ def program_of(attributes: Mapping[Any, Any]) -> Program:
             return Sequence(pieces, json.loads(attributes["program_repeat"]))
         return known()
     except (KeyError, TypeError, json.JSONDecodeError) as error:
-        raise ValueError(f"the attributes of the program {name!r} are not those that this package writes: {error}") from None
+        raise ValueError(f"the attributes of the program {name!r} are not those of this package: {error}") from None
+
+
+def kinds_in(names: Iterable[Any], attributes: Mapping[Any, Any]) -> dict[str, str]:
+    """Return the parameters of a data set, and the kind of each, in the order of dimensions.
+
+    Parameters
+    ----------
+    names : iterable
+        Names of its coordinates.
+    attributes : mapping
+        Its attributes: a program that they name has its parameters; without one, those of a known name are taken.
+
+    Examples
+    --------
+    >>> kinds_in(["time", "modulus_ratio", "rate"], {"program": "ramp"})
+    {'rate': 'rate', 'modulus_ratio': 'ratio'}
+    """
+    try:
+        of_program = dict(program_of(attributes).kinds)
+    except ValueError:
+        named = PROGRAMS.get(str(attributes.get("program")))
+        of_program = dict(getattr(named, "kinds", {}))
+    known = {**of_program, **{name: quantity.kind for name, quantity in PARAMETERS.items()}}
+    there = set(names)
+    return {name: kind for name, kind in known.items() if name in there}
 
 
 def _names() -> str:

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from collections.abc import Sequence as Listed
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .checks import brief
 from .nomenclature import PARAMETERS, VARIABLES
 from .pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine
 
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 ENDLESS = -1
 """Stands for the number of repetitions of a program that is repeated without end."""
@@ -55,7 +55,6 @@ class Program:
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters."""
         return tuple(self.kinds)
-
 
     @property
     def repeats(self) -> int:
@@ -329,14 +328,16 @@ class Waveform(Program):
     ('field',)
     """
 
-    times: npt.NDArray[np.float64]
-    values: npt.NDArray[np.float64]
+    times: "npt.NDArray[np.float64]"
+    values: "npt.NDArray[np.float64]"
     repeat: bool = False
     name = "waveform"
     kinds = MappingProxyType({"field": "field"})
 
     def __post_init__(self) -> None:
         """Check the samples."""
+        import numpy as np
+
         arrays = {name: _samples(name, getattr(self, name)) for name in ("times", "values")}
         times, values = arrays["times"], arrays["values"]
         if times.size != values.size:
@@ -358,6 +359,8 @@ class Waveform(Program):
 
     def __eq__(self, other: object) -> bool:
         """Compare sample by sample."""
+        import numpy as np
+
         return isinstance(other, Waveform) and (
             self.repeat == other.repeat
             and np.array_equal(self.times, other.times)
@@ -373,7 +376,9 @@ class Waveform(Program):
         return Waveform, (self.times, self.values, self.repeat)
 
 
-def _samples(name: str, given: object) -> npt.NDArray[np.float64]:
+def _samples(name: str, given: object) -> "npt.NDArray[np.float64]":
+    import numpy as np  # at the first waveform: naming a program waits for no library
+
     try:
         array = np.array(given, dtype=np.float64)
     except (TypeError, ValueError):

@@ -5,7 +5,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..checks import brief
-from ..nomenclature import PARAMETERS
+from ..program_text import kinds_in
 
 Floats = npt.NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def parameters_along(ds: xr.Dataset) -> dict[str, str] | None:
 
 def varying(ds: xr.Dataset) -> list[str]:
     """Return the parameters of more than one value."""
-    return [name for name in PARAMETERS if name in ds.coords and float(ds[name].min()) < float(ds[name].max())]
+    return [name for name in kinds_in(ds.coords, ds.attrs) if float(ds[name].min()) < float(ds[name].max())]
 
 
 def flagged(flags: xr.DataArray, meaning: str) -> npt.NDArray[np.bool_]:

@@ -5,19 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..nomenclature import NOMENCLATURE, PARAMETERS, axis_label
+from ..nomenclature import NOMENCLATURE, SI_NAMES, axis_label, quantity_of, si_name
 from ..printable import chart_text
+from ..program_text import kinds_in
 from .choices import UNITS, check_choice
 
-_IN_SI = {
-    "field": "voltage",
-    "rate": "voltage_rate",
-    "time": "seconds",
-    "time_to_failure": "seconds_to_failure",
-    "time_to_breakdown": "seconds_to_breakdown",
-    "critical_field": "critical_voltage",
-    "applied_field": "applied_voltage",
-}
 _WORDS = {
     "voltage": "voltage",
     "voltage_rate": "ramp rate",
@@ -87,7 +79,8 @@ def units_of(ds: xr.Dataset, units: str | None) -> str:
     ValueError
         If it is something else, or the data set has no SI units.
     """
-    has_si = any(name in ds.variables for name in _IN_SI.values())
+    kinds = kinds_in(ds.coords, ds.attrs)
+    has_si = any(si_name(name, kinds.get(name)) in ds.variables for name in (*kinds, *SI_NAMES))
     if units is None:
         return "si" if has_si else "tau"
     check_choice("units", units, UNITS)
@@ -115,11 +108,13 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
     >>> shown(ds, "field", "si").label, shown(ds, "field", "tau").label
     ('voltage (kV)', 'field $E/E_c$')
     """
-    if units == "si" and _IN_SI.get(name) in ds.variables:
-        name = _IN_SI[name]
+    kinds = kinds_in(ds.coords, ds.attrs)
+    twin = si_name(name, kinds.get(name))
+    if units == "si" and twin in ds.variables:
+        name = twin
     values = ds[name].astype(np.float64)
-    if name in NOMENCLATURE:
-        symbol = NOMENCLATURE[name].symbol
+    if name in NOMENCLATURE or name in kinds:
+        symbol = quantity_of(name).symbol
         return Shown(values, axis_label(name), symbol, "")
     greatest = float(np.abs(values).max()) if values.size else 0.0
     words = _WORDS.get(name, chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
@@ -139,7 +134,7 @@ def title_of(ds: xr.Dataset, units: str) -> list[str]:
     units : {"tau", "si"}
         Of the chart.
     """
-    fixed = [shown(ds, name, units).equation() for name in PARAMETERS if name in ds.coords and ds[name].size == 1]
+    fixed = [shown(ds, name, units).equation() for name in kinds_in(ds.coords, ds.attrs) if ds[name].size == 1]
     film = []
     if units == "si" and "thickness_in_m" in ds.attrs:
         film = [chart_text(ds.attrs["material"])] if ds.attrs.get("material") else []

@@ -2,23 +2,25 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..atomic import PathLike
 from ..checks import brief
+from ..csv_tables import read_columns
 from ..materials.material import Material
+from ..materials.si_units import one_in_si
 from ..materials.toml import material_of
-from ..nomenclature import PARAMETERS
-from ..programs import PROGRAMS, Program
+from ..nomenclature import KINDS, PARAMETERS, Kind, si_name
+from ..program_text import piece_of
+from ..programs import PROGRAMS, Program, Sequence, Waveform
 from ..sweeps.chunks import evenly
+from ..sweeps.grid import kinds_taken
 from ..sweeps.methods import choose
-from ..sweeps.parameters import BOUNDS, check_values
+from ..sweeps.parameters import check_values
 from ..toml_tables import check_keys, check_number, read_toml, unknown, values_of
-
-IN_VOLTS = {"voltage": "field", "voltage_rate": "rate"}
-"""What ``[grid]`` may have in V and V/s where there is a material, and the parameters that they give."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +85,7 @@ def read_specification(path: PathLike) -> Specification:
     """
     document = read_toml(path)
     try:
-        return _specification(document)
+        return _specification(document, Path(path).parent)
     except (MemoryError, TypeError, ValueError) as error:
         raise type(error)(f"{path}: {error}") from None
 
@@ -103,12 +105,11 @@ def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
     return fewer
 
 
-def _specification(document: Mapping[str, Any]) -> Specification:
+def _specification(document: Mapping[str, Any], folder: Path) -> Specification:
     check_keys("the file", document, ("program", "grid"), ("accuracy", "material"), noun="table")
     for name, table in document.items():
         if not isinstance(table, dict):
             raise ValueError(f"{name} must be a table, [{name}]; got {brief(table)}")
-    check_keys("[program]", document["program"], ("name",))
     accuracy = document.get("accuracy", {})
     check_keys("[accuracy]", accuracy, (), ("rtol", "method", "formulation", "step"))
     if "rtol" in accuracy and "step" in accuracy:
@@ -118,16 +119,53 @@ def _specification(document: Mapping[str, Any]) -> Specification:
             check_number(f"accuracy.{key}", value)
         elif not isinstance(value, str):
             raise ValueError(f"accuracy.{key} must be a string; got {brief(value)}")
-    program = _program(document["program"]["name"])
-    choose(program, **{"method": "auto", "formulation": "auto", "rtol": 1e-6, "step": None, **accuracy})
     film = _film(document["material"]) if "material" in document else ()
+    program = _program(document["program"], one_in_si(*film) if film else {}, folder)
+    dead_load = not {"prestretch", "stress", "nominal_stress"}.isdisjoint(document["grid"])
+    defaults = {"method": "auto", "formulation": "auto", "rtol": 1e-6, "step": None}
+    choose(program, **{**defaults, **accuracy}, dead_load=dead_load)
     return Specification(program, _parameters(program, document["grid"], *film), dict(accuracy), *film)
 
 
-def _program(name: object) -> Program:
-    if not isinstance(name, str) or name not in PROGRAMS:
+def _program(table: Mapping[str, Any], ones: Mapping[str, float], folder: Path) -> Program:
+    """Return the program of a specification; ``ones`` are what its units are worth in SI units, for a film."""
+    name = table.get("name")
+    if name is not None and (not isinstance(name, str) or name not in PROGRAMS):
         raise ValueError(f"program.name must be one of {', '.join(PROGRAMS)}; got {unknown(name, PROGRAMS)}")
-    return PROGRAMS[name]()
+    made = PROGRAMS.get(str(name))
+    if made is Sequence:
+        return _sequence(table, ones)
+    if made is Waveform:
+        return _waveform(table, ones, folder)
+    check_keys("[program]", table, ("name",))
+    return PROGRAMS[table["name"]]()
+
+
+def _sequence(table: Mapping[str, Any], ones: Mapping[str, float]) -> Sequence:
+    check_keys("[program]", table, ("name", "pieces"), ("repeat",))
+    if not isinstance(table["pieces"], list):
+        raise ValueError(f"program.pieces must be a list of tables; got {brief(table['pieces'])}")
+    units = {kind: 1.0 / one for kind, one in ones.items()}
+    try:
+        numbered = enumerate(table["pieces"], 1)
+        pieces = [piece_of(piece, f"program.pieces, piece {number}", units) for number, piece in numbered]
+        return Sequence(pieces, table.get("repeat", False))
+    except TypeError as error:
+        raise ValueError(str(error)) from None
+
+
+def _waveform(table: Mapping[str, Any], ones: Mapping[str, float], folder: Path) -> Waveform:
+    """Return a waveform from a CSV file beside the specification, with the columns time and value."""
+    check_keys("[program]", table, ("name", "file"), ("repeat",))
+    if not isinstance(table["file"], str):
+        raise ValueError(f"program.file must be the name of a CSV file; got {brief(table['file'])}")
+    path = folder / table["file"]
+    columns = read_columns(path, ("time", "value"))
+    times, values = columns["time"] / ones.get("time", 1.0), columns["value"] / ones.get("field", 1.0)
+    try:
+        return Waveform(times, values, table.get("repeat", False))
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _film(table: Any) -> tuple[Material, float]:
@@ -143,36 +181,43 @@ def _film(table: Any) -> tuple[Material, float]:
 def _parameters(
     program: Program, table: Mapping[str, Any], material: Material | None = None, thickness: float = 0.0
 ) -> dict[str, Any]:
-    """Return the parameters of ``[grid]``; with a material, also those in volts, and its modulus ratio."""
-    ones = dict.fromkeys(PARAMETERS, 1.0)
+    """Return the parameters of ``[grid]``; with a material, also those in SI units, and its modulus ratio."""
+    kinds = kinds_taken(program)
+    names = {name: name for name in kinds}
+    ones: dict[str, float] = {}
     if material is not None:
-        ones["voltage"] = material.critical_field * thickness
-        ones["voltage_rate"] = ones["voltage"] / material.relaxation_time
-    check_keys("[grid]", table, (), ones)
+        ones = one_in_si(material, thickness)
+        names |= {twin: name for name, kind in kinds.items() if (twin := si_name(name, kind)) is not None}
+    others = [key for key in table if key in PARAMETERS and key not in names]
+    check_keys("[grid]", table, (), [*names, *others])
     taken = (*program.parameters, "modulus_ratio")
-    names = {key: IN_VOLTS.get(key, key) for key in table}
-    for key, name in names.items():
-        if name not in taken:
+    for key in table:
+        if key not in names:
             raise ValueError(f"grid.{key} is not taken by the program {program.name!r}, but {', '.join(taken)}")
-        if name in table and name != key:
-            raise ValueError(f"[grid] must have {name} or {key}; got both")
-    found = {name: _values(key, name, table[key], ones[key]) for key, name in names.items()}
+        if names[key] in table and names[key] != key:
+            raise ValueError(f"[grid] must have {names[key]} or {key}; got both")
+    found = {}
+    for key, values in table.items():
+        name = names[key]
+        found[name] = _values(key, name, values, 1.0 if key == name else ones[kinds[name]], KINDS[kinds[name]])
     if material is not None:
         found.setdefault("modulus_ratio", material.modulus_ratio)
+    if isinstance(program, Waveform) and material is not None:
+        found.setdefault("field", 1.0)  # its values are in volts
     for name in taken:
         if name not in found:
-            keys = [key for key in ones if IN_VOLTS.get(key, key) == name]
+            keys = [key for key, of in names.items() if of == name]
             raise ValueError(f"[grid] must have the key {' or '.join(map(repr, keys))}; it is missing")
     return found
 
 
-def _values(key: str, name: str, given: Any, one: float) -> Any:
+def _values(key: str, name: str, given: Any, one: float, kind: Kind) -> Any:
     """Return the values of a parameter over what is 1, once they are checked."""
     values = values_of(f"grid.{key}", given)
-    check_values(key, np.asarray(values, dtype=np.float64), BOUNDS[name])
+    check_values(key, np.asarray(values, dtype=np.float64), kind)
     if key == name:
         return values
     with np.errstate(over="ignore", under="ignore"):
         ratios = np.asarray(values, dtype=np.float64) / one
-    check_values(f"{key} as a {name}", ratios, BOUNDS[name])
+    check_values(f"{key} as a {name}", ratios, kind)
     return ratios

@@ -10,7 +10,8 @@ import xarray as xr
 from ..files.stream import Plan, estimated_seconds, finished_parts
 from ..limits.answers import LIMITS
 from ..materials.scales import scales_of
-from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, PARAMETERS, VARIABLES
+from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, VARIABLES
+from ..program_text import kinds_in
 from ..sweeps.chunks import cut
 from ..sweeps.solve import compiles
 
@@ -118,7 +119,7 @@ def _how(ds: xr.Dataset, accuracy: list[str]) -> list[str]:
 
 def _parameters(ds: xr.Dataset) -> list[str]:
     """Return the lines on the parameters of a map, and on what they are in volts and seconds."""
-    names = [name for name in (*PARAMETERS, *_in_si(ds, coordinates=True)) if name in ds.coords]
+    names = [name for name in (*kinds_in(ds.coords, ds.attrs), *_in_si(ds, coordinates=True)) if name in ds.coords]
     return ["", "parameters, from least to greatest", *(_row(name, _range(ds[name])) for name in names)]
 
 

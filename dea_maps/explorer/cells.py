@@ -11,8 +11,9 @@ import xarray as xr
 
 from ..charts.data import cell_edges, drawable, log_spaced, parameters_along, sizes_in_words
 from ..charts.plane import BREAKS_DOWN, regions_of
-from ..nomenclature import NOMENCLATURE, PARAMETERS
-from ..programs import PROGRAMS, Program
+from ..nomenclature import KINDS, quantity_of
+from ..program_text import kinds_in, program_of
+from ..programs import Program
 from ..sweeps.chunks import evenly
 from ..sweeps.parameters import check_values
 
@@ -213,10 +214,10 @@ def plain_label(name: str) -> str:
     """
     if name in _SI_LABELS:
         return _SI_LABELS[name]
-    symbol = NOMENCLATURE[name].symbol
+    symbol = quantity_of(name).symbol
     for mathtext, character in _IN_UNICODE.items():
         symbol = symbol.replace(mathtext, character)
-    return f"{NOMENCLATURE[name].label} {symbol}".rstrip()
+    return f"{quantity_of(name).label} {symbol}".rstrip()
 
 
 _SI_LABELS = {
@@ -235,7 +236,7 @@ _SI_LABELS = {
 def fixed_parameters(cells: Cells) -> dict[str, float]:
     """Return what is the same in every cell, by its name."""
     varying = {axis.name for axis in cells.axes}
-    return {name: float(cells.ds[name]) for name in _taken(cells.program) if name not in varying}
+    return {name: float(cells.ds[name]) for name in kinds_in(cells.ds.coords, cells.ds.attrs) if name not in varying}
 
 
 def edges(axis: Axis) -> tuple[Floats, bool]:
@@ -283,19 +284,13 @@ _TIMES = ("time_to_failure", "seconds_to_failure")
 
 def _program_of(ds: xr.Dataset) -> Program:
     """Return the loading program of a map, after checking that all that it takes is there."""
-    named = ds.attrs.get("program")
-    program = PROGRAMS.get(str(named))
-    if program is None:
-        raise ValueError(f"the map must name its program, one of {', '.join(PROGRAMS)}; got {named!r}")
-    for name in _taken(program()):
+    program = program_of(ds.attrs)
+    for name in (*program.parameters, "modulus_ratio"):
         if name not in ds.coords:
             raise ValueError(f"a page needs the parameter {name}; the map lacks it")
-        check_values(name, np.asarray(ds[name].values, dtype=np.float64))
-    return program()
-
-
-def _taken(program: Program) -> list[str]:
-    return [name for name in PARAMETERS if name in (*program.parameters, "modulus_ratio")]
+    for name, kind in kinds_in(ds.coords, ds.attrs).items():
+        check_values(name, np.asarray(ds[name].values, dtype=np.float64), KINDS[kind])
+    return program
 
 
 def _axis(ds: xr.Dataset, name: str, total: int) -> Axis:

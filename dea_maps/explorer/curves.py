@@ -7,7 +7,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..charts.plane import BREAKS_DOWN
-from ..nomenclature import PARAMETERS
+from ..program_text import kinds_in
+from ..sweeps.loading import loading_time
 from ..sweeps.run import sweep
 from ..sweeps.solve import FAILS_LATER, SURVIVES, relaxation_rate, trace
 from .cells import POINTS, Cells, Floats
@@ -66,7 +67,7 @@ def curves_of(cells: Cells) -> Curves:
     ['10.82', '2.44', '0.55']
     """
     ds = cells.ds
-    parameters = {name: ds[name] for name in PARAMETERS if name in (*cells.program.parameters, "modulus_ratio")}
+    parameters = {name: ds[name] for name in kinds_in(ds.coords, ds.attrs)}
     found = {name: array.values.ravel().astype(float) for name, array in _ends(cells, parameters).items()}
     arrays = [array.values.ravel() for array in xr.broadcast(ds["outcome"], *parameters.values())]
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
@@ -74,7 +75,7 @@ def curves_of(cells: Cells) -> Curves:
     lifetime = np.where(outcome == FAILS_LATER, ds["time_to_failure"].values.ravel().astype(float), 0.0)
     broken = {name: _column(ds, name) for name in ("time_to_breakdown", "breakdown_stretch")}
     lifetime = np.where(outcome == BREAKS_DOWN, np.nan_to_num(broken["time_to_breakdown"]), lifetime)
-    corner = values["field"] / values["rate"] if {"field", "rate"} <= values.keys() else np.zeros(outcome.size)
+    corner = loading_time(cells.program, values)
     rate = np.maximum(relaxation_rate(found["final_stretch"], values["modulus_ratio"]), 1e-9)
     relaxed = corner + np.minimum(_LONGEST, -np.log(_LAST) / rate)
     span = np.where(outcome == SURVIVES, relaxed, lifetime)
@@ -110,9 +111,7 @@ def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.Dat
         plain = {name: array.reset_coords(drop=True) for name, array in parameters.items()}
         again = sweep(
             cells.program,
-            modulus_ratio=plain["modulus_ratio"],
-            field=plain.get("field"),
-            rate=plain.get("rate"),
+            **plain,
             rtol=RTOL,
         )
         ds = ds.merge(again[["critical_stretch", "final_stretch"]], compat="override")

@@ -2,7 +2,7 @@
 
 from .. import __version__
 from ..charts.plane import BREAKS_DOWN
-from ..nomenclature import NOMENCLATURE
+from ..nomenclature import quantity_of
 from ..sweeps.solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from .cells import POINTS, Cells, fixed_parameters, plain_label
 from .curves import RTOL
@@ -29,7 +29,7 @@ def reading(cells: Cells) -> str:
         ": the line is" if cells.y is None else "; its colour is",
         " the time until it fails by electromechanical instability",
         f" ({met}). " if met else ". ",
-        f"The slider changes the {NOMENCLATURE[cells.across.name].label}. " if cells.across is not None else "",
+        f"The slider changes the {quantity_of(cells.across.name).label}. " if cells.across is not None else "",
         "Point at a film for its values; click it for its stretch against time, up to failure (cross)",
         ", or until it has nearly its final stretch (dashed)." if (outcomes == SURVIVES).any() else ".",
     ]
@@ -40,7 +40,7 @@ def notes(cells: Cells, made_from: str) -> list[str]:
     """Return what the symbols mean, what was left out, and from what the page was made."""
     ds = cells.ds
     names = [*fixed_parameters(cells), *(axis.name for axis in cells.axes[::-1]), "time_to_failure"]
-    symbols = [f"{plain_label(name)}: {NOMENCLATURE[name].long_name}" for name in names]
+    symbols = [f"{plain_label(name)}: {quantity_of(name).long_name}" for name in names]
     told = [f"In words: {'; '.join(symbols)}."]
     if cells.seconds is not None:
         told.append(
@@ -48,7 +48,7 @@ def notes(cells: Cells, made_from: str) -> list[str]:
             f"deformation, with a relaxation time of {cells.seconds:.4g} s."
         )
     left_out = [
-        f"{axis.number} of {axis.total} values of {NOMENCLATURE[axis.name].label}"
+        f"{axis.number} of {axis.total} values of {quantity_of(axis.name).label}"
         for axis in cells.axes[::-1]
         if axis.number < axis.total
     ]

@@ -3,6 +3,7 @@
 import hashlib
 import math
 import os
+import pickle
 import secrets
 import time
 from collections import deque
@@ -20,9 +21,9 @@ from ..materials.material import Material
 from ..materials.si_units import in_si
 from ..materials.strength import StrengthOf
 from ..materials.toml import PowerLaw
-from ..nomenclature import BREAKDOWN, FLAGGED, VARIABLES
+from ..nomenclature import BREAKDOWN, FLAGGED
 from ..sweeps.chunks import Cut, cut
-from ..sweeps.dataset import CELL_BYTES, LIMIT_BYTES, make_dataset, provenance_of, reduced
+from ..sweeps.dataset import LIMIT_BYTES, cell_bytes, make_dataset, provenance_of, reduced
 from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
 from ..sweeps.solve import KERNELS, Solution, default_threads, solve
@@ -87,9 +88,9 @@ class Plan:
         """Return the map without its values: views of single numbers."""
         none = {
             name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
-            for name, kind in _kinds((*VARIABLES, *BREAKDOWN), self.dtype).items()
+            for name, kind in _kinds((*self.grid.program.results, *BREAKDOWN), self.dtype).items()
         }
-        solution = Solution(*(none[name] for name in VARIABLES))
+        solution = Solution(**{name: none[name] for name in self.grid.program.results})
         whole = make_dataset(self.grid, solution, provenance_of(self.choice))
         if self.strength is not None:
             limits = {name: none[name] for name in BREAKDOWN}
@@ -126,7 +127,8 @@ class Plan:
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
-        known = (self.grid.program, self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
+        digest.update(pickle.dumps(self.grid.program))  # of a long waveform, repr would show some samples
+        known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
         digest.update(repr((*known, self.parts, KERNELS, *self._limit())).encode())
         for name, array in self.grid.parameters.items():
             own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
@@ -153,13 +155,13 @@ def make_plan(
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
     chunks = cut(grid.shape, CHUNK_CELLS)
-    cell_bytes = CELL_BYTES if film is None else 2 * CELL_BYTES
+    bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2)
     part_cells = PART_CELLS
     # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
     if film is not None and film[0].breakdown_strength is not None:
-        cell_bytes += 2 * LIMIT_BYTES
+        bytes_of_cell += 2 * LIMIT_BYTES
         part_cells = min(part_cells, math.prod(chunks.part_shape))
-    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * cell_bytes)))
+    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * bytes_of_cell)))
     return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
 
 

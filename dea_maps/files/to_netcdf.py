@@ -17,7 +17,7 @@ from ..materials.material import Material
 from ..materials.scales import scales
 from ..materials.si_units import check_film, warn_film
 from ..materials.strength import check_strength
-from ..nomenclature import BREAKDOWN, VARIABLES
+from ..nomenclature import BREAKDOWN
 from ..notices import shown_notices
 from ..plausibility import warn_implausible
 from ..programs import Program
@@ -42,8 +42,8 @@ def sweep_to_netcdf(
     program: Program,
     *,
     modulus_ratio: ParameterLike,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
     rtol: float = 1e-6,
     method: str = "auto",
     formulation: str = "auto",
@@ -57,6 +57,7 @@ def sweep_to_netcdf(
     fresh: bool = False,
     material: Material | None = None,
     thickness: float | None = None,
+    **parameters: ParameterLike,
 ) -> None:
     """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
 
@@ -69,7 +70,7 @@ def sweep_to_netcdf(
     ----------
     path : str or path-like
         The file to write, in a folder that exists.
-    program, modulus_ratio, field, rate, rtol, method, formulation, step, progress
+    program, modulus_ratio, prestretch, stress, rtol, method, formulation, step, progress, **parameters
         As in `sweep`.
     variables : iterable of str, optional
         Names of the variables to keep; by default all. With a breakdown strength, ``first_limit`` is kept always.
@@ -117,8 +118,8 @@ def sweep_to_netcdf(
         path,
         program,
         modulus_ratio=modulus_ratio,
-        field=field,
-        rate=rate,
+        prestretch=prestretch,
+        stress=stress,
         rtol=rtol,
         method=method,
         formulation=formulation,
@@ -130,6 +131,7 @@ def sweep_to_netcdf(
         memory=memory,
         material=material,
         thickness=thickness,
+        **parameters,
     )
     if plan.grid.cells == 0:
         write_dataset(plan.hollow(), plan.path)
@@ -172,7 +174,7 @@ def planned_file(
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"path must be a string or path-like; got {brief(path)}")
     limited = material is not None and material.breakdown_strength is not None
-    kept = _kept(variables, (*VARIABLES, *BREAKDOWN) if limited else tuple(VARIABLES))
+    kept = _kept(variables, (*program.results, *BREAKDOWN) if limited else program.results)
     for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
@@ -222,12 +224,12 @@ def _film(material: Material | None, thickness: float | None) -> Film | None:
 def _warn(grid: Grid, material: Material, thickness: float) -> None:
     """Warn of what is implausible for a film."""
     warn_film(material, thickness)
-    given = {name: grid.coords[name].values for name in ("field", "rate") if name in grid.coords}
-    if "field" in given and given["field"].max() > 0.0:
-        greatest = given["field"].max()
-        warn_implausible("voltage", greatest, scales(material, thickness, field=greatest))
-    if "rate" in given:
-        warn_implausible("rate", given["rate"], scales(material, thickness, rate=given["rate"]))
+    for name, kind in grid.program.kinds.items():
+        values = grid.coords[name].values
+        if kind == "field" and values.max() > 0.0:
+            warn_implausible("voltage", values.max(), scales(material, thickness, field=values.max()))
+        elif kind == "rate":
+            warn_implausible("rate", values, scales(material, thickness, rate=values))
 
 
 def _nothing(cells: int) -> None:

@@ -12,7 +12,8 @@ from ..checks import brief
 from ..limits.answers import BREAKDOWN as BREAKS_DOWN
 from ..limits.answers import LIMITS
 from ..materials.scales import scales_of
-from ..nomenclature import BREAKDOWN, FLAGGED, GENERAL, OUTCOMES, VARIABLES, cf_attributes
+from ..nomenclature import BREAKDOWN, FLAGGED, GENERAL, KINDS, OUTCOMES, VARIABLES, cf_attributes
+from ..program_text import kinds_in, program_of
 from ..programs import PROGRAMS
 from ..sweeps.chunks import cut
 from ..sweeps.methods import methods
@@ -23,7 +24,7 @@ _BLOCK = 2**22  # cells read at once
 _SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
 _FLAGS = {"outcome": OUTCOMES, "first_limit": LIMITS}
 _OTHER_KINDS = {"allowable_voltage", *GENERAL}
-_AT_LEAST_ONE = VARIABLES.keys() - {"outcome", "time_to_failure"} | {"breakdown_stretch"}
+_AT_LEAST_ONE = VARIABLES.keys() - {"outcome", "time_to_failure", "cycles_to_failure"} | {"breakdown_stretch"}
 
 
 def open(path: PathLike) -> xr.Dataset:
@@ -121,8 +122,14 @@ def _check(ds: xr.Dataset) -> None:
     for name in ("program", "method", "formulation", "dea_maps_version"):
         if not isinstance(ds.attrs[name], str):
             raise ValueError(f"its attribute {name} must be a string; got {brief(ds.attrs[name])}")
-    if ds.attrs["program"] not in PROGRAMS:
+    named = PROGRAMS.get(ds.attrs["program"])
+    if named is None:
         raise ValueError(f"its program is {brief(ds.attrs['program'])}")
+    needed = getattr(named, "kinds", None) or program_of(ds.attrs).kinds
+    for name in (*needed, "modulus_ratio"):
+        if name not in ds.coords:
+            raise ValueError(f"it lacks {name!r}")
+    kinds = kinds_in(ds.coords, ds.attrs)
     chosen = {(method.name, form) for method in methods() for form in method.formulations}
     if (ds.attrs["method"], ds.attrs["formulation"]) not in chosen:
         raise ValueError(f"its method is {brief(ds.attrs['method'])} on {brief(ds.attrs['formulation'])}")
@@ -130,10 +137,10 @@ def _check(ds: xr.Dataset) -> None:
     accuracy = [float(ds.attrs[name]) for name in ("rtol", "step") if name in ds.attrs]
     if len(accuracy) != 1 or not accuracy[0] > 0.0:
         raise ValueError("it does not say how accurate it is")
-    for name in (*PROGRAMS[ds.attrs["program"]].parameters, "modulus_ratio"):
+    for name, kind in kinds.items():
         if ds[name].dtype != np.float64 or ds[name].attrs.get("units") != "1":  # its long_name may be the user's own
             raise ValueError(f"{name} is of type {ds[name].dtype} with units {brief(ds[name].attrs.get('units'))}")
-        check_values(name, np.asarray(ds[name].values))
+        check_values(name, np.asarray(ds[name].values), KINDS[kind])
     maps = {name: ds[name] for name in (*VARIABLES, *BREAKDOWN) if name in ds}
     dims = next(iter(maps.values())).dims
     for name, array in maps.items():
@@ -174,7 +181,13 @@ def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
         if name in FLAGGED or by not in block:
             continue
         if by == "outcome":
-            has_value = (block[by] == _SURVIVES) if name == "final_stretch" else _fails(block[by])
+            survives, ends = block[by] == _SURVIVES, "steady_stretch_max" not in block
+            has_value = {
+                "final_stretch": survives & ends,
+                "largest_stretch": survives | _fails(block[by]),
+                "steady_stretch_max": survives,
+                "steady_stretch_min": survives,
+            }.get(name, _fails(block[by]))
         else:
             has_value = block[by] == BREAKS_DOWN
         if not np.array_equal(np.isfinite(values), has_value) or not np.array_equal(np.isnan(values), ~has_value):

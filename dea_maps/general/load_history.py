@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..checks import brief
-from ..sweeps.parameters import Bound
+from ..nomenclature import Kind
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ Load = float | LoadHistory
 """A number, applied suddenly at time 0 and held, or a history."""
 
 
-def as_history(name: str, load: Load, bound: Bound) -> LoadHistory:
+def as_history(name: str, load: Load, bound: Kind) -> LoadHistory:
     """Check a load and return its history.
 
     Parameters
@@ -126,7 +126,7 @@ def as_history(name: str, load: Load, bound: Bound) -> LoadHistory:
         Of the load, for error messages.
     load : float or LoadHistory
         What the caller gave.
-    bound : Bound
+    bound : Kind
         The smallest value allowed.
 
     Raises
@@ -138,7 +138,7 @@ def as_history(name: str, load: Load, bound: Bound) -> LoadHistory:
 
     Examples
     --------
-    >>> as_history("field", 1.2, Bound(0.0, included=True)).values
+    >>> as_history("field", 1.2, Kind(0.0)).values
     (1.2,)
     """
     if isinstance(load, LoadHistory):

@@ -9,15 +9,15 @@ import xarray as xr
 
 from .. import __version__
 from ..checks import brief
-from ..nomenclature import OUTCOMES, cf_attributes, flags
-from ..sweeps.parameters import BOUNDS, Bound, check_values
+from ..nomenclature import KINDS, OUTCOMES, Kind, cf_attributes, flags
+from ..sweeps.parameters import check_values
 from ..sweeps.trajectories import checked_times
 from .film import Life, Loads, live, sampled, tension_loss
 from .free_energy import CRITICAL_FIELD, State, det_hessian, dissipation_rate, equations_of_state, free_energy
 from .integrate import DISSIPATED, TIME, WORK
 from .load_history import Load, as_history
 
-_STRESS, _STRETCH = Bound(-inf, included=True), Bound(0.0, included=False)
+_STRESS, _STRETCH = Kind(-inf), Kind(0.0, included=False)
 LIMITS = ("none", "instability", "tension_loss", "unresolved")
 """Words for the values 0, 1, 2, ... of ``first_limit`` of a general trajectory."""
 _TIGHTEST, _LOOSEST = 1e-12, 1e-3
@@ -96,7 +96,7 @@ def general_trajectory(
     """
     times = checked_times(time).values
     ratio = _number("modulus_ratio", modulus_ratio)
-    check_values("modulus_ratio", np.array(ratio))
+    check_values("modulus_ratio", np.array(ratio), KINDS["ratio"])
     tolerance = _number("rtol", rtol)
     if not _TIGHTEST <= tolerance <= _LOOSEST:
         raise ValueError(f"rtol must be from {_TIGHTEST:g} to {_LOOSEST:g}; got {tolerance:g}")
@@ -112,7 +112,7 @@ def general_trajectory(
                 f"stress_{number} must not be given with stretch_{number}: one of them follows from the other; "
                 f"got {brief(stress)}"
             )
-    history = as_history("field", field, BOUNDS["field"])
+    history = as_history("field", field, KINDS["field"])
     loads = Loads(directions[0], directions[1], history, (stretch_1 is not None, stretch_2 is not None))
     life = live(loads, ratio - 1.0, tolerance)
     ds = _dataset(life, times, ratio, tension_loss(life, loads, ratio - 1.0, tolerance))

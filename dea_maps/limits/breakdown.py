@@ -11,12 +11,14 @@ from ..checks import brief
 from ..materials.strength import Strength, StrengthOf, check_strength, excess, strength_of
 from ..nomenclature import BREAKDOWN as VARIABLES
 from ..nomenclature import cf_attributes, flags
-from ..programs import PROGRAMS, Program, Step
+from ..program_text import program_of
+from ..programs import Program, Step, shape_of
 from ..sweeps.chunks import cut
 from ..sweeps.dataset import with_maps
 from ..sweeps.grid import make_grid
+from ..sweeps.loading import field_at, loading_time
 from ..sweeps.methods import LARGEST_RTOL, Choice
-from ..sweeps.solve import SURVIVES, UNRESOLVED, applied_field, solve, solve_auto, trace
+from ..sweeps.solve import SURVIVES, UNRESOLVED, solve, solve_auto, trace
 from .answers import (
     ANSWERED,
     BREAKDOWN,
@@ -34,6 +36,8 @@ Cells = dict[str, Array]
 
 # Times to breakdown from the first looked at to the longest, over the scale of the loading.
 _EARLIEST, _LATEST = 1e-15, 1e9
+# When a field that is held in the end is held, in relaxation times.
+_LATE = 1e200
 _RESULTS = ("time_to_breakdown", "breakdown_stretch", "breakdown_field")
 
 RTOL = 1e-6
@@ -90,14 +94,32 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = RTOL) -> xr.Data
     tight = tight_rtol(rtol)
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"ds must be a data set; got {brief(ds)}")
-    if ds.attrs.get("program") not in PROGRAMS:
-        raise ValueError(f"ds must be a map of a loading program; got the program {brief(ds.attrs.get('program'))}")
-    program = PROGRAMS[ds.attrs["program"]]()
+    try:
+        program = program_of(ds.attrs)
+    except ValueError:
+        found_program = brief(ds.attrs.get("program"))
+        raise ValueError(f"ds must be a map of a loading program; got the program {found_program}") from None
+    check_served(program, "prestretch" in ds.coords or "stress" in ds.coords)
     grid = make_grid(program, **{name: ds[name] for name in (*program.parameters, "modulus_ratio")})
     cells = {name: values.ravel() for name, values in grid.parameters.items()}
     life = ds["time_to_failure"].transpose(*grid.dims).values.ravel() if "time_to_failure" in ds else None
     found = _limited(program, cells, life, strength_of(strength), tight)
     return with_limits(ds, grid.dims, {name: values.reshape(grid.shape) for name, values in found.items()}, rtol)
+
+
+def check_served(program: Program, dead_load: bool) -> None:
+    """Check that breakdown can be found: for free films under a field that only rises.
+
+    Raises
+    ------
+    ValueError
+        If not.
+    """
+    if shape_of(program) is None or dead_load:
+        raise ValueError(
+            "breakdown can be found for films without a dead load under a field that only rises, as of step, ramp and "
+            f"ramp_hold; got {program.name}{' with a dead load' if dead_load else ''}"
+        )
 
 
 def with_limits(
@@ -176,7 +198,7 @@ def solve_with_limits(
     for number in range(blocks.count):
         cells = {name: np.atleast_1d(values[blocks.index(number)]).ravel() for name, values in parameters.items()}
         solution = solve(program, cells, choice, threads=threads)
-        maps: dict[str, Any] = solution._asdict()
+        maps: dict[str, Any] = solution.by_name()
         found.append(maps | _limited(program, cells, solution.time_to_failure, strength, tight))
         if on_cells is not None:
             on_cells(solution.outcome.size)
@@ -202,7 +224,8 @@ def _first_limits(
     found = solve_auto(program, cells, tight)
     survives = found.outcome == SURVIVES
     stretch = np.where(survives, found.final_stretch, found.critical_stretch)
-    field = np.where(survives, cells.get("field", np.nan), found.critical_field)
+    held = field_at(program, cells, np.full((survives.size, 1), _LATE))[:, 0]
+    field = np.where(survives, held, found.critical_field)
     check_strength(strength, stretch)
     exceeds = excess(strength, field, stretch) > 0.0
     cases = [found.outcome == UNRESOLVED, exceeds, survives]
@@ -230,16 +253,16 @@ def _first_passage(
         return np.where(np.isnan(over) & (time >= life * (1.0 - 10.0 * tight)), 1.0, over)  # failed, but broken before
 
     columns = (life, *cells.values())
-    scale = np.where(np.isfinite(life) & (life > 0.0), life, 1.0 + cells.get("field", 0.0) / cells.get("rate", np.inf))
+    scale = np.where(np.isfinite(life) & (life > 0.0), life, 1.0 + loading_time(program, cells))
     first = np.log(_EARLIEST * scale)
     last = np.log(scale * np.where(np.isinf(life), _LATEST, 1.0 + 10.0 * tight))
-    later = ~(isinstance(program, Step) & (excess_at(first, *columns) > 0.0))
+    later = ~((field_at(program, cells, np.zeros((life.size, 1)))[:, 0] > 0.0) & (excess_at(first, *columns) > 0.0))
     log_time, _ = roots(excess_at, first, last, later, columns, xatol=10.0 * tight)
     time = np.where(later, np.exp(log_time), 0.0)
-    field = applied_field(program, cells, time[:, np.newaxis])[:, 0].copy()
+    field = field_at(program, cells, time[:, np.newaxis])[:, 0].copy()
     if not later.all():
         at_once = {name: values[~later] for name, values in cells.items()}
-        field[~later] = _field_at_once(at_once["field"], at_once["modulus_ratio"], strength, tight)
+        field[~later] = _field_at_once(field[~later], at_once["modulus_ratio"], strength, tight)
     return time, field
 
 
@@ -274,4 +297,4 @@ def stretch_at(strength: StrengthOf, field: Array, farthest: Array) -> Array:
 def _excess_at(program: Program, cells: Cells, time: Array, strength: StrengthOf, tight: float) -> Array:
     """Return by how much the true field exceeds the strength at a time of each film; NaN where it has failed."""
     stretch = trace(program, cells, time[:, np.newaxis], tight)[0][:, 0]
-    return excess(strength, applied_field(program, cells, time[:, np.newaxis])[:, 0], stretch)
+    return excess(strength, field_at(program, cells, time[:, np.newaxis])[:, 0], stretch)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..printable import printable
+from ..program_text import kinds_in
 from .material import Material
 
 _METRES = ((1.0, "m"), (1e-3, "mm"), (1e-6, "um"))
@@ -63,7 +64,9 @@ def scales_of(ds: xr.Dataset) -> str | None:
         return None
     stiff, soft, tau, permittivity = (float(ds.attrs[name]) for name in _NUMBERS)
     material = Material(stiff, soft, tau, permittivity, str(ds.attrs.get("material", "")))
-    given = {name: ds[name].values for name in ("field", "rate") if name in ds.coords}
+    kinds = kinds_in(ds.coords, ds.attrs)
+    among = {kind: [ds[name].values.ravel() for name in kinds if kinds[name] == kind] for kind in ("field", "rate")}
+    given = {kind: np.concatenate(values) for kind, values in among.items() if values}
     return scales(material, float(ds.attrs["thickness_in_m"]), **given)
 
 

@@ -9,7 +9,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..checks import brief
+from ..nomenclature import KINDS, si_name
 from ..plausibility import warn_implausible
+from ..program_text import kinds_in
 from .material import Material
 from .toml import PowerLaw
 
@@ -61,6 +63,24 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     return in_si(ds, material, thickness)
 
 
+_WORDS = {"voltage": "voltage across the film", "voltage_rate": "rate of the voltage on the ramp"}
+
+
+def one_in_si(material: Material, thickness: float) -> dict[str, float]:
+    """Return what one unit of every kind of parameter is worth in SI units, for a film.
+
+    Examples
+    --------
+    >>> from dea_maps import VHB
+    >>> round(one_in_si(VHB, 100e-6)["field"]), one_in_si(VHB, 100e-6)["time"]
+    (1609, 200.0)
+    """
+    volts, tau = material.critical_field * float(thickness), material.relaxation_time
+    return {
+        "field": volts, "rate": volts / tau, "time": tau, "period": tau, "stress": material.relaxed_modulus
+    }  # fmt: skip
+
+
 def in_si(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
     """Return what `physical` does, for a film that is checked already."""
     Ec, tau, H = material.critical_field, material.relaxation_time, float(thickness)
@@ -77,8 +97,12 @@ def in_si(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
             if all(need in ds.coords for need in needs):
                 made.append(name)
 
-    add("voltage", ("field",), lambda E: E * (Ec * H), "V", "voltage over the film")
-    add("voltage_rate", ("rate",), lambda k: k * (Ec * H / tau), "V s-1", "rate of the voltage on the ramp")
+    ones = one_in_si(material, H)
+    for parameter, kind in kinds_in(ds.coords, ds.attrs).items():
+        twin = si_name(parameter, kind)
+        if twin is not None:
+            words = _WORDS.get(twin, twin.replace("_seconds", "").replace("_", " "))
+            add(twin, (parameter,), lambda value, one=ones[kind]: value * one, KINDS[kind].si_units, words)
     add("seconds", ("time",), lambda T: T * tau, "s", "time since the loading began")
     add("seconds_to_failure", ("time_to_failure",), lambda T: T * tau, "s", "time to electromechanical instability")
     add("critical_voltage", ("critical_field",), lambda E: E * (Ec * H), "V", "voltage at the instability")
@@ -106,6 +130,17 @@ def in_si(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset:
         "V m-1",
         "true electric field at electrical breakdown",
     )
+    if "prestretch" in ds.coords:
+        for stretch in ("stretch", "critical_stretch"):
+            counted = "the film that its dead load has pre-stretched"
+            add(
+                f"actuation_{stretch}", (stretch, "prestretch"),
+                lambda x, p: x / p, "1", f"{stretch.replace('_', ' ')}, from {counted}",
+            )  # fmt: skip
+            add(
+                "area_strain" if stretch == "stretch" else "critical_area_strain", (stretch, "prestretch"),
+                lambda x, p: (x / p) ** 2 - 1.0, "1", f"area strain, from {counted}",
+            )  # fmt: skip
     described = {"material": material.name, "material_source": material.source}
     numbers_of = {
         "unrelaxed_modulus_in_Pa": material.unrelaxed_modulus,

@@ -1,14 +1,14 @@
 """Measured curves of uniaxial tension: from an xarray data set or a CSV file, checked."""
 
-import csv
 import math
 
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ..atomic import PathLike, read_text
+from ..atomic import PathLike
 from ..checks import brief
+from ..csv_tables import read_columns
 
 COLUMNS = {"stretch_rate": "1/s", "stretch": "1", "nominal_stress": "Pa"}
 """What curves hold, and in which units."""
@@ -104,41 +104,11 @@ def read_curves(path: PathLike) -> xr.Dataset:
     ...     read_curves(file).sizes["point"]
     5
     """
-    text = read_text(path, "a table")
+    columns = read_columns(path, tuple(COLUMNS))
     try:
-        return _checked(_columns(text))
+        return _checked(columns)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-
-
-def _columns(text: str) -> dict[str, npt.NDArray[np.float64]]:
-    """Return the columns of a table in CSV."""
-    reader = csv.reader("\n" if line.startswith("#") else f"{line}\n" for line in text.split("\n"))
-    rows = []
-    try:
-        for row in reader:
-            if any(cell.strip() for cell in row):
-                rows.append((reader.line_num, [cell.strip() for cell in row]))
-    except csv.Error as error:
-        raise ValueError(f"line {reader.line_num} cannot be read: {error}") from None
-    heads = rows[0][1] if rows else []
-    for name in COLUMNS:
-        if heads.count(name) != 1:
-            raise ValueError(
-                f"its first line must name the columns {', '.join(COLUMNS)}, each once; got {brief(heads)}"
-            )
-    columns: dict[str, list[float]] = {name: [] for name in COLUMNS}
-    for number, row in rows[1:]:
-        for name, values in columns.items():
-            place = heads.index(name)
-            cell = row[place] if place < len(row) else ""
-            try:
-                if not cell.isascii() or "_" in cell:  # of which Python would make numbers
-                    raise ValueError
-                values.append(float(cell))
-            except ValueError:
-                raise ValueError(f"line {number} must have a number for {name}; got {brief(cell)}") from None
-    return {name: np.array(values) for name, values in columns.items()}
 
 
 def _checked(columns: dict[str, npt.NDArray[np.float64]]) -> xr.Dataset:

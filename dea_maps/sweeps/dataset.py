@@ -9,15 +9,27 @@ import numpy.typing as npt
 import xarray as xr
 
 from .. import __version__
-from ..nomenclature import BREAKDOWN, OUTCOMES, VARIABLES, cf_attributes, flags
+from ..nomenclature import BREAKDOWN, OUTCOMES, cf_attributes, flags
+from ..program_text import attributes_of
+from ..programs import Program
 from .grid import Grid
 from .methods import Choice
 
 if TYPE_CHECKING:
     from .solve import Solution
 
-CELL_BYTES = 1 + 8 * (len(VARIABLES) - 1)
-"""Bytes per cell of a data set in memory: outcome in one, every other variable in eight."""
+
+def cell_bytes(program: Program) -> int:
+    """Return the bytes per cell of a data set in memory: outcome in one, every other variable in eight.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Step
+    >>> cell_bytes(Step())
+    41
+    """
+    return 1 + 8 * (len(program.results) - 1)
+
 LIMIT_BYTES = 1 + 8 * (len(BREAKDOWN) - 1)
 """The same of what a limit on the true field adds."""
 
@@ -100,7 +112,7 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         "source": f"dea_maps {release}, numerical integration of the model of the reference",
         "references": _PAPER,
         "history": f"dea_maps {release}: {program}, {', '.join(calls)}",
-        "program": program,
+        **attributes_of(grid.program),
         **provenance,
         "dea_maps_version": release,
         "numba_version": version("numba"),

@@ -10,8 +10,14 @@ import xarray as xr
 from ..checks import brief
 from ..nomenclature import PARAMETERS, cf_attributes
 from ..programs import PROGRAMS, Program
+from .dead_load import load_of, relaxed_threshold
 from .parameters import ParameterLike, as_data_array
 
+_THRESHOLD = {
+    "long_name": "largest field that the relaxed film carries under its dead load, "
+    "normalised by that of the film without one",
+    "units": "1",
+}
 FILM = ("modulus_ratio", "prestretch", "stress")
 """Parameters of the film and its dead load: the first always, the others at most one."""
 
@@ -101,7 +107,13 @@ def make_grid(program: Program, **given: ParameterLike | None) -> Grid:
         product = " x ".join(map(str, shape))
         raise MemoryError(f"{product} = {cells:.3g} cells are more than an array can index: take fewer")
     parameters = {name: _broadcast(array.variable, dims, shape) for name, array in arrays.items()}
-    return Grid(program, dims, shape, parameters, _common_coordinates(arrays))
+    coords = _common_coordinates(arrays)
+    for name in ("prestretch", "stress"):
+        if name in arrays:
+            values = arrays[name].variable
+            stress = load_of(values.values) if name == "prestretch" else values.values
+            coords["relaxed_threshold"] = xr.Variable(values.dims, relaxed_threshold(stress), _THRESHOLD)
+    return Grid(program, dims, shape, parameters, coords)
 
 
 def kinds_taken(program: Program) -> dict[str, str]:

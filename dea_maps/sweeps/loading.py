@@ -1,7 +1,8 @@
 """A loading program as the kernels take it: a table of pieces whose arguments are multiples of columns.
 
 A piece is linear, from a field to another one in a time, or a sine about a mean field. Every argument is a scale times
-a column, which has a value for each cell; the first column is 1. The table does not grow with the cells, nor the columns with the pieces of a waveform.
+a column, which has a value for each cell; the first column is 1. The table does not grow with the cells, nor the
+columns with the pieces of a waveform.
 """
 
 import math
@@ -12,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine, Time
-from ..programs import Program, Waveform
+from ..programs import Program, Waveform, shape_of
 
 LINEAR, SINE = 0, 1
 """Kinds of pieces; their arguments are start field, end field, duration, or mean field, amplitude, duration, period."""
@@ -92,17 +93,6 @@ def arrays_of(table: Table, given: Parameters) -> Arrays:
     for row, values in zip(columns, table.columns, strict=True):
         row[:] = values(given)
     return table.kind, table.scale, table.source, columns, table.repeats
-
-
-def film_of(given: Parameters) -> tuple[Float, Float, Float]:
-    """Return modulus ratio, internal stretch at the start and dead load over the relaxed modulus, one value a cell.
-
-    A pre-stretch is that of a film which relaxed under its dead load, ``s/mu_R = lambda_p - lambda_p**-5``, from (18).
-    """
-    ratio = np.ascontiguousarray(given["modulus_ratio"])
-    start = given.get("prestretch", np.ones_like(ratio))
-    load = start - start**-5 if "prestretch" in given else given.get("stress", np.zeros_like(ratio))
-    return ratio, np.ascontiguousarray(start), np.ascontiguousarray(load)
 
 
 class _Multiple(NamedTuple):
@@ -237,15 +227,26 @@ def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
     ndarray
         Of the shape of the parameters and one dimension more; at the time of a jump, the field before it.
     """
+    shape = shape_of(program)
+    if shape is not None:
+        held = np.inf if shape.name == "ramp" else _along(shape.field, parameters)
+        rising = np.inf if shape.name == "step" else _along(shape.rate, parameters) * times
+        return np.minimum(held, rising) + 0.0 * times
     table = table_of(program)
-    shape = np.broadcast_shapes(*(array.shape for array in parameters.values()))
-    columns = [np.broadcast_to(column(parameters), shape).ravel() for column in table.columns]
-    grid = np.broadcast_to(times, (*shape, times.shape[-1])).reshape(-1, times.shape[-1])
+    sizes = np.broadcast_shapes(*(array.shape for array in parameters.values()))
+    columns = [np.broadcast_to(column(parameters), sizes).ravel() for column in table.columns]
+    grid = np.broadcast_to(times, (*sizes, times.shape[-1])).reshape(-1, times.shape[-1])
     found = np.empty(grid.shape)
     for cell in range(grid.shape[0]):
         values = table.scale * np.array([column[cell] for column in columns])[table.source]
         found[cell] = _field_of_cell(table, values, grid[cell])
-    return found.reshape(*shape, times.shape[-1])
+    return found.reshape(*sizes, times.shape[-1])
+
+
+def _along(argument: Argument | None, parameters: Parameters) -> Float:
+    """Return the values of a number or a parameter, for broadcasting against times."""
+    values = parameters["modulus_ratio"] * 0.0 + _of(0.0 if argument is None else argument, parameters)
+    return np.asarray(values)[..., np.newaxis]
 
 
 def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
@@ -266,3 +267,22 @@ def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     rising = one + (other - one) * np.where(duration > 0.0, linear, 1.0)
     sine = one + other * np.sin(2.0 * math.pi * np.minimum(elapsed, duration) / np.where(period > 0.0, period, 1.0))
     return np.where(table.kind[piece] == SINE, sine, rising)
+
+
+def loading_time(program: Program, parameters: Parameters) -> Float:
+    """Return the time after which the field is held, or that of one repetition; zero where it never is.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import RampHold
+    >>> loading_time(RampHold(), {"field": np.array([1.2]), "rate": np.array([0.5]), "modulus_ratio": np.array([4.0])})
+    array([2.4])
+    """
+    table = table_of(program)
+    if table.endless:
+        return np.zeros_like(parameters["modulus_ratio"])
+    columns = [np.broadcast_to(column(parameters), parameters["modulus_ratio"].shape) for column in table.columns]
+    duration = np.zeros_like(parameters["modulus_ratio"])
+    for scale, source in zip(table.scale[:, 2], table.source[:, 2], strict=True):
+        duration = duration + scale * columns[source]
+    return duration * max(table.repeats, 1)

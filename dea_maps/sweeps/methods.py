@@ -59,7 +59,7 @@ class Method:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a sweep is computed with; exactly one of ``rtol`` and ``step`` is a number; and whether the films carry a dead load."""
+    """What a sweep is computed with: one of ``rtol`` and ``step`` is a number; whether the films carry a dead load."""
 
     method: str
     formulation: str
@@ -201,7 +201,7 @@ def choose(
     --------
     >>> from dea_maps.programs import Ramp
     >>> choose(Ramp(), "rk4", "auto", 1e-6, 0.01)
-    Choice(method='rk4', formulation='fold', rtol=None, step=0.01)
+    Choice(method='rk4', formulation='fold', rtol=None, step=0.01, dead_load=False)
     """
     _check_number("rtol", rtol)
     if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:

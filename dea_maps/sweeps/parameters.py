@@ -87,7 +87,7 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> x
         raise ValueError(f"{name} must be dimensionless, with units '1'; got units {units!r}")
     array = named.copy(data=values)
     quantity = parameter(name, kind)
-    array.attrs = {"long_name": quantity.long_name, "units": quantity.units, **named.attrs, "units": "1"}
+    array.attrs = {"long_name": quantity.long_name, **named.attrs, "units": "1"}
     return array
 
 

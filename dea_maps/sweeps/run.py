@@ -9,7 +9,7 @@ from tqdm import tqdm
 from ..notices import shown_notices
 from ..plausibility import warn_implausible
 from ..programs import Program
-from .dataset import CELL_BYTES, make_dataset, provenance_of
+from .dataset import cell_bytes, make_dataset, provenance_of
 from .grid import Grid, make_grid
 from .methods import Choice, choose
 from .parameters import ParameterLike
@@ -150,7 +150,7 @@ def progress_bar(grid: Grid) -> "tqdm[NoReturn]":
 
 def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
     """Solve all cells; a result that memory cannot hold is refused in one line."""
-    size = grid.cells * CELL_BYTES
+    size = grid.cells * cell_bytes(grid.program)
     refusal = f"the result of {grid.cells:,} cells needs {size / 2**30:,.1f} GiB of memory: more than there is"
     if size > _memory_of_machine():
         raise MemoryError(refusal)

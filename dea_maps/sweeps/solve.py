@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import build, lane_state, model, programs
+from ..kernels import build, lane_state, programs
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
 from ..kernels.loading import build as loading
@@ -18,8 +18,9 @@ from ..nomenclature import VARIABLES
 from ..notices import notice
 from ..pieces import Argument
 from ..programs import Program, shape_of
-from .chunks import Index, cut
-from .loading import SINE, arrays_of, film_of, table_of
+from .chunks import cut
+from .dead_load import film_of
+from .loading import SINE, arrays_of, table_of
 from .methods import TIME, Choice, choose
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
@@ -231,9 +232,7 @@ def trace(
     return stretch.reshape(shape), internal.reshape(shape)
 
 
-def relaxation_rate(
-    final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
     """How fast films that survive near their final stretch, per relaxation time; NaN for others.
 
     The flow (26) under a held field, made linear about its end, where the dashpot has the stretch of the film.
@@ -270,7 +269,7 @@ def _trace_general(
     def compute(cell: int) -> int:
         index = np.unravel_index(cell, shape)
         given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
-        own = np.ascontiguousarray(per_cell[index])
+        own = np.array(per_cell[index])
         part = slice(cell, cell + 1)
         kernel(*arrays_of(table, given), *film_of(given), rtol, own, stretch[part], internal[part])
         return 1
@@ -280,14 +279,6 @@ def _trace_general(
 
 def _loaded(parameters: Parameters) -> bool:
     return not {"prestretch", "stress"}.isdisjoint(parameters)
-
-
-def margin(
-    field: NDArray[np.float64], internal_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """``1 - e/e_c(xi)``: zero at the instability, 1 without field; equations (23) and (25)."""
-    largest = model.largest_load(internal_stretch**2, modulus_ratio - 1.0)
-    return np.asarray(1.0 - model.CRITICAL_LOAD * field * field / largest)
 
 
 def default_threads() -> int:

@@ -8,9 +8,11 @@ from ..checks import brief
 from ..nomenclature import cf_attributes
 from ..programs import Program
 from .dataset import annotated
+from .dead_load import margin
+from .loading import field_at
 from .parameters import ParameterLike
 from .run import planned, sweep
-from .solve import applied_field, margin, trace
+from .solve import trace
 
 
 def trajectory(
@@ -18,9 +20,10 @@ def trajectory(
     *,
     time: npt.ArrayLike | xr.DataArray,
     modulus_ratio: ParameterLike,
-    field: ParameterLike | None = None,
-    rate: ParameterLike | None = None,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
     rtol: float = 1e-6,
+    **parameters: ParameterLike,
 ) -> xr.Dataset:
     """Follow films in time, up to their failure.
 
@@ -32,7 +35,7 @@ def trajectory(
         The loading program.
     time : number, 1-D array or DataArray along one dimension
         When to look, in relaxation times since the loading began; at least 0. At 0 the field of a step is on.
-    modulus_ratio, field, rate : number, 1-D array or DataArray
+    modulus_ratio, prestretch, stress, **parameters : number, 1-D array or DataArray
         As in `sweep`.
     rtol : float
         Relative error allowed in the stretches, from 1e-12 to 1e-3.
@@ -57,22 +60,22 @@ def trajectory(
     ['1.034', '1.177', 'nan']
     """
     times = checked_times(time)
-    grid, choice = planned(program, modulus_ratio=modulus_ratio, field=field, rate=rate, rtol=rtol)
+    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
+    grid, choice = planned(program, rtol=rtol, **given)
     if "time" in grid.dims:
         raise ValueError("time must be a name of its own; got a parameter with a dimension 'time'")
-    ds = sweep(program, modulus_ratio=modulus_ratio, field=field, rate=rate, rtol=rtol)
+    ds = sweep(program, rtol=rtol, **given)
     order = np.argsort(times.values, kind="stable")
     stretch, internal = (np.empty((*grid.shape, times.size)) for _ in range(2))
     stretch[..., order], internal[..., order] = trace(program, grid.parameters, times.values[order], rtol)
-    ratio = grid.parameters["modulus_ratio"][..., np.newaxis]
-    applied = applied_field(program, grid.parameters, times.values)
+    applied = field_at(program, grid.parameters, times.values)
     after = times.values > ds.time_to_failure.values[..., np.newaxis]
     after |= (ds.time_to_failure.values == 0.0)[..., np.newaxis]
     results = {
         "stretch": stretch,
         "internal_stretch": internal,
         "applied_field": applied,
-        "margin": margin(applied, internal, ratio),
+        "margin": margin(applied, internal, grid.parameters),
     }
     dims = (*grid.dims, "time")
     for name, values in results.items():

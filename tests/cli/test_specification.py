@@ -89,11 +89,11 @@ def test_one_value_needs_no_range(read):
             '"ramphold"',
             "program.name must be one of step, .*; got 'ramphold', to which 'ramp_hold' is",
         ),
-        ('"ramp_hold"', "3", "program.name must be one of step, ramp, ramp_hold; got 3"),
+        ('"ramp_hold"', "3", "program.name must be one of step, ramp, ramp_hold, pulse, .*; got 3"),
         (
             "\nrate =",
             "\nrat =",
-            "grid. may have the keys field, rate, modulus_ratio; got 'rat', to which 'rate' is",
+            "grid. may have the keys field, rate, modulus_ratio, prestretch, stress; got 'rat', to which 'rate' is",
         ),
         (
             "num = 100",
@@ -137,7 +137,11 @@ def test_one_value_needs_no_range(read):
         ('[program]\nname = "ramp_hold"', "program = 3", r"program must be a table, \[program\]; got 3"),
         ('[program]\nname = "ramp_hold"', "", "the file must have the table 'program'; it is missing"),
         ("[grid]", "[grid", r"is not TOML: .*line 4"),
-        ('"ramp_hold"', '["ramp_hold"]', r"program.name must be one of step, ramp, ramp_hold; got \['ramp_hold'\]"),
+        (
+            '"ramp_hold"',
+            '["ramp_hold"]',
+            r"program.name must be one of step, ramp, ramp_hold, pulse, .*; got \['ramp_hold'\]",
+        ),
         ("modulus_ratio =", "# modulus_ratio =", r"\[grid\] must have the key 'modulus_ratio'; it is missing"),
         ('"ramp_hold"', '"ramp"', "grid.field is not taken by the program 'ramp', but rate, modulus_ratio"),
         ("[2.0, 3.85, 10]", 5000 * "[" + 5000 * "]", "is not TOML that can be read: its values are nested too deeply"),
@@ -220,7 +224,9 @@ def test_what_is_wrong_with_a_film_is_said(read, old, new, message):
 
 
 def test_volts_need_a_film(read):
-    with pytest.raises(ValueError, match="may have the keys field, rate, modulus_ratio; got 'voltage', to which"):
+    with pytest.raises(
+        ValueError, match="may have the keys field, rate, modulus_ratio, prestretch, stress; got 'voltage', to which"
+    ):
         read(IN_VOLTS.split("[material]", maxsplit=1)[0])
 
 

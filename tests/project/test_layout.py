@@ -17,7 +17,7 @@ HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib",
 # Rooms of dea_maps, from below: each may import those before it, and none of its own rank.
 RANKS = (
     {"nomenclature", "checks", "plausibility", "printable", "notices", "atomic", "netcdf_lock",
-     "programs", "toml_tables"},
+     "pieces", "programs", "program_text", "csv_tables", "toml_tables"},
     {"sweeps"},
     {"materials"},
     {"limits", "general"},

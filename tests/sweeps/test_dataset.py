@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import dea_maps as dm
-from dea_maps.sweeps.dataset import CELL_BYTES, make_dataset, reduced
+from dea_maps.sweeps.dataset import cell_bytes, make_dataset, reduced
 from dea_maps.sweeps.grid import make_grid
 from dea_maps.sweeps.solve import Solution
 
@@ -49,12 +49,13 @@ def test_variables_have_their_types_and_places(grid, ds):
 def test_arrays_are_wrapped_not_copied(grid):
     found = solution(grid.shape)
     ds = make_dataset(grid, found, PROVENANCE)
-    for name, values in found._asdict().items():
+    for name, values in found.by_name().items():
         assert np.shares_memory(ds[name].values, values)
 
 
 def test_cell_bytes_counts_what_a_cell_takes(grid):
-    assert sum(values.nbytes for values in solution(grid.shape)) == CELL_BYTES * grid.cells
+    found = solution(grid.shape).by_name().values()
+    assert sum(values.nbytes for values in found) == cell_bytes(grid.program) * grid.cells
 
 
 def test_everything_has_a_name_and_units(ds):

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import dea_maps as dm
+from dea_maps.pieces import Linear
 from dea_maps.programs import Program
 from dea_maps.sweeps.grid import make_grid
 
@@ -131,7 +132,7 @@ def test_a_program_of_ones_own_is_as_good():
     @dataclass(frozen=True)
     class Jolt(Program):
         name = "jolt"
-        parameters = ("rate",)
+        pieces = (Linear(float("inf"), rate="rate"),)
 
     assert make_grid(Jolt(), rate=[1, 2], modulus_ratio=4).dims == ("rate",)
     with pytest.raises(ValueError, match="field = 1 is not a parameter of the program 'jolt', which takes rate and"):

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import dea_maps as dm
-from dea_maps.sweeps.loading import field_at, table_of
 from dea_maps.pieces import Hold, Jump, Linear, Share, Sine
 from dea_maps.programs import (
     BiasedSine,
@@ -16,6 +15,7 @@ from dea_maps.programs import (
     TriangleTrain,
     Waveform,
 )
+from dea_maps.sweeps.loading import field_at, table_of
 
 VALUES = {
     "field": 1.2, "rate": 0.5, "hold_time": 2.0, "fall_rate": 2.0, "width": 1.5, "overdrive_field": 1.8,
@@ -26,7 +26,8 @@ TIMES = np.linspace(0.0, 11.0, 401) + 1e-3  # beside all jumps
 
 def found(program, times=TIMES, **values):
     values = {**VALUES, **values}
-    return field_at(program, {name: np.array([values[name]]) for name in (*program.parameters, "modulus_ratio")}, times)[0]
+    given = {name: np.array([values[name]]) for name in (*program.parameters, "modulus_ratio")}
+    return field_at(program, given, times)[0]
 
 
 # Formulas of the public interface, written out.

@@ -119,7 +119,7 @@ def test_pieces_may_be_in_si_units():
         (lambda: piece_of({"linear_to": 1, "rat": 2}, "piece 1"), "piece 1 has the unknown key 'rat'"),
         (lambda: piece_of({"hold_seconds": 1}, "piece 1"), "got 'hold_seconds'"),
         (lambda: program_of({}), "the attribute 'program' must be one of"),
-        (lambda: program_of({"program": "sequence"}), "not those that this package writes"),
+        (lambda: program_of({"program": "sequence"}), "not those of this package"),
     ],
 )
 def test_bad_programs_are_refused_in_one_line(make, said):
