@@ -8,7 +8,7 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..checks import brief
-from ..nomenclature import PARAMETERS, cf_attributes
+from ..nomenclature import PARAMETERS, parameter
 from ..programs import PROGRAMS, Program
 from .dead_load import load_of, relaxed_threshold
 from .parameters import ParameterLike, as_data_array
@@ -107,7 +107,7 @@ def make_grid(program: Program, **given: ParameterLike | None) -> Grid:
         product = " x ".join(map(str, shape))
         raise MemoryError(f"{product} = {cells:.3g} cells are more than an array can index: take fewer")
     parameters = {name: _broadcast(array.variable, dims, shape) for name, array in arrays.items()}
-    coords = _common_coordinates(arrays)
+    coords = _common_coordinates(arrays, kinds)
     for name in ("prestretch", "stress"):
         if name in arrays:
             values = arrays[name].variable
@@ -167,7 +167,7 @@ def _broadcast(variable: xr.Variable, dims: tuple[str, ...], shape: tuple[int, .
     return np.broadcast_to(ordered[tuple(slice(None) if dim in variable.dims else np.newaxis for dim in dims)], shape)
 
 
-def _common_coordinates(arrays: dict[str, xr.DataArray]) -> dict[str, xr.Variable]:
+def _common_coordinates(arrays: dict[str, xr.DataArray], kinds: dict[str, str]) -> dict[str, xr.Variable]:
     """Return the parameters and their further coordinates, less the conflicting ones, as xarray does."""
     coords = {name: array.variable.to_base_variable() for name, array in arrays.items()}
     further: dict[str, xr.Variable] = {}
@@ -181,11 +181,16 @@ def _common_coordinates(arrays: dict[str, xr.DataArray]) -> dict[str, xr.Variabl
         if name not in conflicting:
             coords[name] = _described(name, variable)
     for name, variable in coords.items():
-        if not (name in arrays and variable.attrs == cf_attributes(name) and set(variable.dims) <= {name}):
+        if not (name in arrays and variable.attrs == _own_attributes(name, kinds[name]) and set(variable.dims) <= {name}):
             from .storable import check_storable
 
             check_storable(name, variable)
     return coords
+
+
+def _own_attributes(name: str, kind: str) -> dict[str, str]:
+    quantity = parameter(name, kind)
+    return {"long_name": quantity.long_name, "units": quantity.units}
 
 
 def _same(one: xr.Variable, other: xr.Variable) -> bool:

@@ -11,6 +11,7 @@ from ..plausibility import warn_implausible
 from ..programs import Program
 from .dataset import cell_bytes, make_dataset, provenance_of
 from .grid import Grid, make_grid
+from .loading import loading_time
 from .methods import Choice, choose
 from .parameters import ParameterLike
 from .solve import Solution, solve
@@ -50,6 +51,8 @@ def planned(
     (2, 'dopri5')
     """
     grid = make_grid(program, **parameters)
+    if program.repeats != 1 and grid.cells and not (loading_time(program, grid.parameters) > 0.0).all():
+        raise ValueError(f"the repeated pieces of the program {program.name!r} must take time; got a duration of 0")
     dead_load = not {"prestretch", "stress"}.isdisjoint(grid.parameters)
     choice = choose(program, method, formulation, rtol, step, dead_load)
     for name, kind in program.kinds.items() if grid.cells else ():

@@ -83,7 +83,23 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 kept[HELD, 0] = -1.0
                 state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
                 passed, cycles, sample, excess = 0.0, 0.0, 0, 0.0
-                while state == READY and sample < times.size:
+                while (state == READY or state == ENDED) and sample < times.size:
+                    if state == ENDED:
+                        cycles += 1.0
+                        passed += w[OFFSET, 0]
+                        E = field_at_end(kind, scale, source, columns, kind.size - 1, cell)
+                        kept[:, 0] = w[:KEPT, 0]
+                        kept[BASE, 0] = w[BASE, 0] + w[Y, 0]
+                        kept[Y, 0] = 0.0
+                        kept[T, 0] = -1.0
+                        kept[X, 0] = E
+                        kept[OFFSET, 0] = 0.0
+                        if cycles == repeats:
+                            kept[HELD, 0] = abs(E)
+                        else:
+                            kept[PIECE, 0] = 0.0
+                        state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
+                        continue
                     now = passed + w[OFFSET, 0]
                     while sample < times.size and times[sample] <= now + w[T, 0]:
                         stretch[cell, sample] = stretch_of(w[X, 0])
@@ -123,21 +139,6 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if w[HELD, 0] >= 0.0:
                             break
                         state = go_on(kind, scale, source, columns, cell, w, 0)
-                        if state == ENDED:
-                            cycles += 1.0
-                            passed += w[OFFSET, 0]
-                            E = field_at_end(kind, scale, source, columns, kind.size - 1, cell)
-                            kept[:, 0] = w[:KEPT, 0]
-                            kept[BASE, 0] = w[BASE, 0] + w[Y, 0]
-                            kept[Y, 0] = 0.0
-                            kept[T, 0] = -1.0
-                            kept[X, 0] = E
-                            kept[OFFSET, 0] = 0.0
-                            if cycles == repeats:
-                                kept[HELD, 0] = abs(E)
-                            else:
-                                kept[PIECE, 0] = 0.0
-                            state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
                     elif w[EVENT, 0] != NOTHING and w[EVENT, 0] != CLOSE:
                         break
                 if excess <= tolerance or tightness >= LARGEST_TIGHTNESS:
