@@ -62,8 +62,8 @@ def allowable(
     Returns
     -------
     Dataset
-        ``allowable`` and ``reason``: "answered"; "always" where every value looked at is allowed, "never" where none is,
-        "unresolved"; NaN there.
+        ``allowable`` and ``reason``: "answered"; "always" where every value looked at is allowed, "never" where
+        none is, "unresolved"; NaN there.
 
     Raises
     ------

@@ -181,7 +181,8 @@ def _common_coordinates(arrays: dict[str, xr.DataArray], kinds: dict[str, str]) 
         if name not in conflicting:
             coords[name] = _described(name, variable)
     for name, variable in coords.items():
-        if not (name in arrays and variable.attrs == _own_attributes(name, kinds[name]) and set(variable.dims) <= {name}):
+        own = name in arrays and variable.attrs == _own_attributes(name, kinds[name])
+        if not (own and set(variable.dims) <= {name}):
             from .storable import check_storable
 
             check_storable(name, variable)

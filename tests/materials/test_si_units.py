@@ -9,7 +9,6 @@ import xarray as xr
 import dea_maps as dm
 from dea_maps.cli.summary import describe
 from dea_maps.files import stream
-from dea_maps.nomenclature import VARIABLES
 from dea_maps.sweeps.dataset import reduced
 
 THICKNESS = 50e-6
@@ -53,7 +52,7 @@ def test_a_trajectory_gets_them_too():
 def test_a_file_in_volts_is_that_of_a_map_in_volts(tmp_path, dtype):
     given = {"field": np.linspace(0.8, 2.2, 15), "rate": [0.1, 10.0], "modulus_ratio": 3.85}
     dm.sweep_to_netcdf(tmp_path / "a.nc", dm.RampHold(), **given, dtype=dtype, material=dm.VHB, thickness=THICKNESS)
-    whole = reduced(dm.sweep(dm.RampHold(), **given), list(VARIABLES), dtype)
+    whole = reduced(dm.sweep(dm.RampHold(), **given), list(dm.RampHold().results), dtype)
     dm.physical(whole, dm.VHB, THICKNESS).to_netcdf(tmp_path / "b.nc")
     xr.testing.assert_identical(xr.load_dataset(tmp_path / "a.nc"), xr.load_dataset(tmp_path / "b.nc"))
     with dm.open(tmp_path / "a.nc") as ds:
