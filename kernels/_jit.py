@@ -19,8 +19,9 @@ FASTMATH = {"nsz"}
 def _fingerprint() -> str:
     """Hash of every kernel source file, so that no cached machine code outlives the source it came from."""
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.name.encode())
+    folder = Path(__file__).parent
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(path.relative_to(folder).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
