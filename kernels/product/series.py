@@ -1,7 +1,8 @@
 """Time to failure after a hold as a Chebyshev series over the field, one for each (rate, modulus_ratio).
 
 One climb from zero field to the instability, `ramp.py`, passes the corners of all ramps of this rate that end in a hold:
-at a few fields the state is read from it by dense output, and the rest of the time to failure found by `quadrature.py`. Let
+at a few fields the state is found by one step of its method from the last step before, and the rest of the time to failure
+by `quadrature.py`. Let
 ``E = (e - e_C)``, E_f the same where the climb ends, ``w = sqrt(E)`` and ``s = sqrt(E_f - E)``. The rest grows like 1/w
 towards Ec, and is a regular function of s that vanishes like s**2 where the climb ends, since dE/dv does. So ``w/s`` times
 the rest is regular in the angle phi of ``w = sqrt(E_f) sin(phi)``, at both ends and beyond; its series is in
@@ -22,9 +23,10 @@ import numpy as np
 
 from .. import quadrature, ramp
 from .._jit import FINGERPRINT, compiled, device
-from ..area import event, excess_and_flow, slope
+from ..area import event, excess_and_flow
 from ..area_explicit import make_explicit
 from ..area_lanes import (
+    AT_INSTABILITY,
     COUNT,
     EVENT,
     FIELD,
@@ -37,20 +39,21 @@ from ..area_lanes import (
     SPENT,
     STATUS,
     STEP,
+    TARGET,
     TIGHTNESS,
     TRIAL,
     P,
     V,
     Y,
 )
-from ..landing import LARGEST_TIGHTNESS, cubic_root
+from ..area_lanes import EXCESS as LOAD
+from ..landing import LARGEST_TIGHTNESS, aim_between, land
 from ..model import CRITICAL_LOAD
 from ..sweep import LANES
 from ..tableaus import TABLEAUS
-from . import dense
 from .chebyshev import FIRST_ENTRY, FIRST_NODE, LADDER, MOST_TERMS, needed_terms, tail
 
-# Rows of the head of a series: E_f, NaN where none is good enough; its root; a; E from which on the series is good; results of a film that fails on its ramp; the
+# Rows of the head of a series: E_f, NaN where the climb is not good enough; its root; a; E from which on the series is good; results of a film that fails on its ramp; the
 # rate.
 EXCESS = 0
 ROOT = 1
@@ -68,12 +71,13 @@ SLOWEST = 1e-9
 FASTEST = 1e9
 
 # Shares of the error allowed: of the steps of the climb, of its estimated error when it begins again, of the quadrature, of
-# the last coefficients, and of the load at the corner: its time changes by half of its relative change.
-OF_STEPS = 0.2
+# the last coefficients, and, squared, of the corner.
+OF_STEPS = 0.1
 OF_CLIMB = 0.4
-OF_HOLD = 0.1
+OF_HOLD = 0.01
 OF_SERIES = 0.2
-OF_CORNER = 0.02
+OF_CORNER = 0.005
+LANDING = 0.01
 # Steps of a climb beyond Ec; tens are needed.
 MOST_STEPS = 128
 ITERATIONS = 8
@@ -83,29 +87,13 @@ MIDDLE_OF_EXCESS = 1.0
 # E below which a series may be left out, the field being Ec to 1e-6.
 LOW = 1e-6
 
-# Rows of the nodes of a climb: field, s, v, the step that v is on with its beginning, state, and one over its length.
-_FIELD, _W, _S, _V, _START, _VALUE, _INVERSE, _POLYNOMIAL = range(8)
-_OF_CORNER = _POLYNOMIAL + dense.DEGREE  # what an error of r does to the time to failure
-_BEGINNING = _OF_CORNER + 1  # U - 1 at the corner
-_NEXT = _OF_CORNER + 2
-_NODE_ROWS = _OF_CORNER + 3
-
-
-@device
-def _fold(steps, k, p, speed):
-    """Where on step k the instability is: its v, the state there, and E there."""
-    start, length = steps[dense.START, k], steps[dense.LENGTH, k]
-    last = dense.DERIVATIVES + dense.STAGES - 1
-    _, D0, change0, _ = event(start, steps[dense.VALUE, k], steps[dense.DERIVATIVES, k], p, speed)
-    _, D1, change1, _ = event(start + length, steps[dense.NEXT, k], steps[last, k], p, speed)
-    v = start + cubic_root(D0, change0, D1, change1, length)
-    for _ in range(4):
-        y = dense.value(steps, dense.POLYNOMIAL, k, steps[dense.VALUE, k], (v - start) / length)
-        _, D, change, _ = event(v, y, slope(v, y, p, speed), p, speed)
-        v = min(max(v - D / change, start), start + length)
-    y = dense.value(steps, dense.POLYNOMIAL, k, steps[dense.VALUE, k], (v - start) / length)
-    excess, _, _, _ = excess_and_flow(v, y, p)
-    return v, y, excess
+# Rows of the steps of a climb: v, y, dy/dv at their beginning.
+_START, _VALUE, _SLOPE = range(3)
+_STEP_ROWS = 3
+# Rows of the nodes of a climb: field, w, s, v, the step that v is on, U - 1 at the corner, what an error of y there does to
+# the time to failure.
+_FIELD, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(7)
+_NODE_ROWS = 7
 
 
 @device
@@ -122,55 +110,72 @@ def _place(steps, count, fold_v, excess, bend, p, nodes, all_nodes, rung):
         nodes[_W, j] = np.sqrt(E)
         nodes[_S, j] = np.sqrt(max(excess - E, 0.0))
     k = count
-    s0, s1 = -1.0, 0.0
+    s0, s1, end = -1.0, 0.0, fold_v
     for j in range(number):  # with falling field
         s = nodes[_S, j]
         while s > s0 and k > 0:
             k -= 1
-            E0, _, _, _ = excess_and_flow(steps[dense.START, k], steps[dense.VALUE, k], p)
+            E0, _, _, _ = excess_and_flow(steps[_START, k], steps[_VALUE, k], p)
+            end = steps[_START, k + 1] if k < count - 1 else fold_v
             s1 = max(s0, 0.0)
             s0 = np.sqrt(max(excess - E0, 0.0))
-        v = steps[dense.START, k]
-        end = v + steps[dense.LENGTH, k] if k < count - 1 else fold_v
-        nodes[_V, j] = end + (v - end) * (s - s1) / (s0 - s1)
-        nodes[_START, j] = v
-        nodes[_VALUE, j] = steps[dense.VALUE, k]
-        nodes[_INVERSE, j] = 1.0 / steps[dense.LENGTH, k]
-        for row in range(dense.DEGREE):
-            nodes[_POLYNOMIAL + row, j] = steps[dense.POLYNOMIAL + row, k]
+        nodes[_V, j] = end + (steps[_START, k] - end) * (s - s1) / (s0 - s1)
+        nodes[_STEP, j] = k
     return number
 
 
-@device
-def _solve(number, excess, p, speed, nodes, allowed):
-    """Newton's method for ``s(v) = s`` at every node, with a slope that vanishes nowhere; returns the largest error of E."""
-    largest = math.inf
-    for _ in range(ITERATIONS):
-        largest = 0.0
-        for j in range(number):
-            v = nodes[_V, j]
-            y = dense.value(nodes, _POLYNOMIAL, j, nodes[_VALUE, j], (v - nodes[_START, j]) * nodes[_INVERSE, j])
-            E, D, _, K = event(v, y, 0.0, p, speed)
-            s = np.sqrt(max(excess - E, 1e-300))
-            nodes[_NEXT, j] = v + 2.0 * s * (s - nodes[_S, j]) / (K * D)
-            largest = max(largest, abs(s * s - nodes[_S, j] * nodes[_S, j]))
-        if largest <= allowed:
-            return largest
-        for j in range(number):
-            nodes[_V, j] = nodes[_NEXT, j]
-    return largest
+def _make_corners(attempt: Callable[..., Any]) -> Callable[..., Any]:
+    """Make ``corners(steps, number, excess, p, speed, allowed, nodes, w)``: the state at the corner of every node.
 
+    Newton's method for ``s(v) = s`` has a slope that vanishes nowhere; what it leaves, of s at most ``allowed``, is made good
+    by the flow over the time left to the corner. Returns whether it came so far.
+    """
 
-@device
-def _read(number, p, nodes):
-    """What the hold needs of every node; returns the largest 1 + v**2."""
-    for j in range(number):
-        v = nodes[_V, j]
-        y = dense.value(nodes, _POLYNOMIAL, j, nodes[_VALUE, j], (v - nodes[_START, j]) * nodes[_INVERSE, j])
-        _, h, _, _ = excess_and_flow(v, y, p)
-        area = 1.0 + v * v
-        nodes[_OF_CORNER, j] = 0.5 * area / h
-        nodes[_BEGINNING, j] = quadrature.start_of_hold(nodes[_FIELD, j], p, (1.0 - y) * area)
+    @device
+    def corners(steps, number, excess, p, speed, allowed, nodes, w):
+        lanes = w.shape[1]
+        for i in range(lanes):
+            w[P, i] = p
+            w[SPEED, i] = speed
+        for first in range(0, number, lanes):
+            for i in range(lanes):
+                j = min(first + i, number - 1)
+                k = np.int64(nodes[_STEP, j])
+                w[V, i] = steps[_START, k]
+                w[Y, i] = steps[_VALUE, k]
+                w[SLOPES, i] = steps[_SLOPE, k]
+                w[TRIAL, i] = nodes[_V, j] - w[V, i]
+                w[TARGET, i] = nodes[_S, j]
+            found = False
+            for _ in range(ITERATIONS):
+                attempt(w)
+                largest = 0.0
+                for i in range(lanes):
+                    v = w[V, i] + w[TRIAL, i]
+                    E, D, _, K = event(v, w[NEW, i], 0.0, p, speed)
+                    s = np.sqrt(max(excess - E, 1e-300))
+                    away = s - w[TARGET, i]
+                    w[STEP, i] = w[TRIAL, i] + 2.0 * s * away / (K * D)
+                    largest = max(largest, abs(away))
+                if largest <= allowed:
+                    found = True
+                    break
+                for i in range(lanes):
+                    w[TRIAL, i] = w[STEP, i]
+            if not found:
+                return False
+            for i in range(min(lanes, number - first)):
+                j = first + i
+                v, y = w[V, i] + w[TRIAL, i], w[NEW, i]
+                E, h, _, _ = excess_and_flow(v, y, p)
+                area = 1.0 + v * v
+                left = (excess - nodes[_S, j] * nodes[_S, j] - E) / (speed * np.sqrt(CRITICAL_LOAD + E))
+                r = (1.0 - y) * area + 2.0 * h * left
+                nodes[_BEGINNING, j] = quadrature.start_of_hold(nodes[_FIELD, j], p, r)
+                nodes[_OF_CORNER, j] = 0.5 * area / h
+        return True
+
+    return corners
 
 
 @device
@@ -187,7 +192,7 @@ def _hold(number, rate, p, rtol, nodes, w, rung, values):
             j = min(first + i, number - 1)
             field = nodes[_FIELD, j]
             quadrature.prepare(w, i, field, p, nodes[_BEGINNING, j])
-            w[quadrature.BEFORE, i] = field / rate
+            w[quadrature.BEFORE, i] = 0.0
             rung[i] = quadrature.first_rung(p, rtol)
         quadrature.integrate(w, rung, rtol)
         for i in range(min(lanes, number - first)):
@@ -195,7 +200,7 @@ def _hold(number, rate, p, rtol, nodes, w, rung, values):
             rest = w[quadrature.FOUND, i]
             factor = nodes[_W, j] / nodes[_S, j]
             values[j] = factor * rest
-            whole = w[quadrature.BEFORE, i] + rest
+            whole = nodes[_FIELD, j] / rate + rest
             if not whole < math.inf:
                 return math.nan, math.nan, of_corner
             smallest = min(smallest, factor * whole)
@@ -205,80 +210,69 @@ def _hold(number, rate, p, rtol, nodes, w, rung, values):
     return smallest, smallest_above, of_corner
 
 
-@device
-def _record(steps, k, w, i, last, v, y, derivative, uncertainty, length, next_y):
-    """Write down the last attempt of a lane as step k of its climb."""
-    steps[dense.START, k] = v
-    steps[dense.VALUE, k] = y
-    steps[dense.LENGTH, k] = length
-    steps[dense.NEXT, k] = next_y
-    steps[dense.UNCERTAINTY, k] = uncertainty
-    steps[dense.DERIVATIVES, k] = derivative
-    for stage in range(1, dense.STAGES - 1):
-        steps[dense.DERIVATIVES + stage, k] = w[SLOPES + stage, i]
-    steps[dense.DERIVATIVES + dense.STAGES - 1, k] = w[last, i]
+def _make_to_series(attempt: Callable[..., Any]) -> Callable[..., Any]:
+    """Make ``to_series(steps, count, w, i, ...)``: the series of a lane at its instability, from the steps of its climb.
 
+    It returns the number of terms, or 0 where the steps are not good enough.
+    """
+    corners = _make_corners(attempt)
 
-@device
-def _to_series(steps, count, rate, p, rtol, nodes, all_nodes, matrices, w, rung, values, head, series):
-    """Make the series of a climb from its steps; returns its number of terms, or 0 where the steps are not good enough."""
-    speed = 2.0 * rate * np.sqrt(CRITICAL_LOAD)
-    dense.prepare(steps, count, p, speed)
-    v, y, excess = _fold(steps, count - 1, p, speed)
-    excess = excess if p > 0.0 else 0.0
-    r = (1.0 - y) * (1.0 + v * v)
-    load = CRITICAL_LOAD + excess
-    field = np.sqrt(load / CRITICAL_LOAD)
-    bend = max(np.sqrt(excess) / min(MIDDLE, MIDDLE_OF_EXCESS * p) - 2.0, 0.0) if p > 0.0 else 0.0
-    head[EXCESS] = excess
-    head[ROOT] = np.sqrt(excess)
-    head[BEND] = bend
-    head[FROM] = 0.0
-    head[TIME] = field / rate
-    head[STRETCH] = np.sqrt(0.75 * (1.0 + p / r) / load)  # there e = (3/4) A u: (23) at (25)
-    head[INTERNAL] = np.sqrt(r)
-    head[AT_FIELD] = field
-    head[OF_RATE] = rate
-    uncertainty = 0.0
-    for k in range(count):
-        uncertainty = max(uncertainty, steps[dense.UNCERTAINTY, k])
-    if uncertainty > OF_CLIMB * rtol * (1.0 - y):
-        return 0
-    series[0] = math.nan  # no film fails at a hold
-    if excess <= 0.0:
-        return 1
-    for step in range(_first_rung(rtol), len(LADDER)):
-        number = _place(steps, count, v, excess, bend, p, nodes, all_nodes, step)
-        error_of_load = OF_CORNER * rtol * CRITICAL_LOAD
-        if not _solve(number, excess, p, speed, nodes, error_of_load) <= error_of_load:
-            break
-        _read(number, p, nodes)
-        smallest, smallest_above, of_corner = _hold(number, rate, p, OF_HOLD * rtol, nodes, w, rung, values)
-        if uncertainty * of_corner > OF_CLIMB * rtol:
+    @device
+    def to_series(steps, count, lane, i, rtol, nodes, all_nodes, matrices, w, hold, rung, values, head, series):
+        rate, p, speed, uncertainty = lane[RATE, i], lane[P, i], lane[SPEED, i], lane[GLOBAL, i]
+        v, z, aim = lane[V, i], 1.0 - lane[Y, i], lane[STEP, i]
+        area = 1.0 + v * v
+        # dr/dv vanishes at the instability: half of it acts over the distance left
+        r = z * area + 0.5 * aim * (2.0 * v * z - lane[SLOPES, i] * area)
+        excess = max(lane[LOAD, i], 0.0) if p > 0.0 else 0.0
+        load = CRITICAL_LOAD + excess
+        field = np.sqrt(load / CRITICAL_LOAD)
+        bend = max(np.sqrt(excess) / min(MIDDLE, MIDDLE_OF_EXCESS * p) - 2.0, 0.0) if p > 0.0 else 0.0
+        head[EXCESS] = excess
+        head[ROOT] = np.sqrt(excess)
+        head[BEND] = bend
+        head[FROM] = 0.0
+        head[TIME] = field / rate
+        head[STRETCH] = np.sqrt(0.75 * (1.0 + p / r) / load)  # there e = (3/4) A u: (23) at (25)
+        head[INTERNAL] = np.sqrt(r)
+        head[AT_FIELD] = field
+        head[OF_RATE] = rate
+        if uncertainty > OF_CLIMB * rtol * z:
             return 0
-        for j in range(number):
-            series[j] = 0.0
-        for q in range(number):
-            value = values[q]
-            entry = FIRST_ENTRY[step] + q * number
+        series[0] = math.nan  # no film fails at a hold
+        if excess <= 0.0:
+            return 1
+        for step in range(_first_rung(rtol), len(LADDER)):
+            number = _place(steps, count, v + aim, excess, bend, p, nodes, all_nodes, step)
+            if not corners(steps, number, excess, p, speed, OF_CORNER * np.sqrt(rtol * excess), nodes, w):
+                break
+            smallest, smallest_above, of_corner = _hold(number, rate, p, OF_HOLD * rtol, nodes, hold, rung, values)
+            if uncertainty * of_corner > OF_CLIMB * rtol:
+                return 0
             for j in range(number):
-                series[j] += value * matrices[entry + j]
-        left = tail(series, number)
-        allowed = OF_SERIES * rtol * smallest
-        if left > allowed:
-            head[FROM] = LOW
-            allowed = OF_SERIES * rtol * smallest_above
-        if left <= allowed:
-            return needed_terms(series, number, allowed)
-    head[EXCESS] = math.nan
-    series[0] = math.nan
-    return 1
+                series[j] = 0.0
+            for q in range(number):
+                value = values[q]
+                entry = FIRST_ENTRY[step] + q * number
+                for j in range(number):
+                    series[j] += value * matrices[entry + j]
+            left = tail(series, number)
+            allowed = OF_SERIES * rtol * smallest
+            if left > allowed:
+                head[FROM] = LOW
+                allowed = OF_SERIES * rtol * smallest_above
+            if left <= allowed:
+                return needed_terms(series, number, allowed)
+        series[0] = math.nan
+        return 1
+
+    return to_series
 
 
 @device
 def _first_rung(rtol):
     """Rung of the ladder of nodes to begin with."""
-    return (rtol < 1e-4) + (rtol < 1e-8) + (rtol < 1e-11)
+    return (rtol < 1e-4) + (rtol < 1e-5) + (rtol < 1e-8) + (rtol < 1e-11)
 
 
 def make_series() -> Callable[..., Any]:
@@ -293,6 +287,14 @@ def make_series() -> Callable[..., Any]:
     judge = ramp.make_judge(method)
     fingerprint = FINGERPRINT
     lanes = LANES
+
+    to_series = _make_to_series(attempt)
+
+    @device
+    def give_up(head, series):
+        for row in range(HEAD):
+            head[row] = math.nan
+        series[0] = math.nan
 
     @device
     def start(w, i, rate, modulus_ratio, tolerance, damping):
@@ -309,83 +311,82 @@ def make_series() -> Callable[..., Any]:
         tolerance = OF_STEPS * rtol
         damping = ramp.damping_for(tolerance)
         w = np.zeros((rows, lanes))
-        steps = np.zeros((lanes, dense.ROWS, MOST_STEPS))
+        steps = np.zeros((lanes, _STEP_ROWS, MOST_STEPS))
+        count = np.zeros(lanes, np.int64)
+        before = np.empty((_STEP_ROWS, lanes))
+        running = np.full(lanes, -1)
         nodes = np.empty((_NODE_ROWS, MOST_TERMS))
-        before = np.empty((4, lanes))
-        values = np.empty(MOST_TERMS)
+        corner = np.zeros((rows, lanes))
         hold = np.empty((quadrature.ROWS, lanes))
         rung = np.empty(lanes, np.int64)
-        count = np.zeros(lanes, np.int64)
-        climb = np.full(lanes, -1)
+        values = np.empty(MOST_TERMS)
         following, busy = 0, 0
         for i in range(lanes):
             w[STATUS, i] = SPENT
         while True:
             for i in range(lanes):
-                if climb[i] < 0:
-                    while following < rate.size:
-                        number = following
-                        following += 1
-                        if SLOWEST <= rate[number] <= FASTEST:
-                            start(w, i, rate[number], modulus_ratio[number], tolerance, damping)
-                            climb[i] = number
-                            count[i] = 0
-                            busy += 1
-                            break
-                        head[number] = math.nan
-                        series[number] = 0.0
+                while running[i] < 0 and following < rate.size:
+                    number = following
+                    following += 1
+                    if SLOWEST <= rate[number] <= FASTEST:
+                        start(w, i, rate[number], modulus_ratio[number], tolerance, damping)
+                        running[i] = number
+                        count[i] = 0
+                        busy += 1
+                    else:
+                        give_up(head[number], series[number])
                         terms[number] = 1
             if busy == 0:
                 return len(source)
             for i in range(lanes):
-                w[TRIAL, i] = w[STEP, i] if w[STATUS, i] < SPENT else 0.0
-                before[0, i] = w[V, i]
-                before[1, i] = w[Y, i]
-                before[2, i] = w[SLOPES, i]
+                w[TRIAL, i] = w[STEP, i] if w[STATUS, i] < AT_INSTABILITY else 0.0
+                before[_START, i] = w[V, i]
+                before[_VALUE, i] = w[Y, i]
+                before[_SLOPE, i] = w[SLOPES, i]
             attempt(w)
             judge(w)
             for i in range(lanes):
-                E, _, _, _ = excess_and_flow(w[V, i], w[Y, i], w[P, i])
-                before[3, i] = E
-            for i in range(lanes):
-                if climb[i] < 0:
+                number = running[i]
+                if number < 0:
                     continue
-                crossed = w[EVENT, i] == ramp.CROSSED
-                spent = w[EVENT, i] == ramp.TOO_MANY
-                if crossed or w[V, i] != before[0, i]:
-                    if count[i] == MOST_STEPS:
-                        spent = True
-                    else:
-                        v, y = before[0, i], before[1, i]
-                        next_y = w[NEW, i] if crossed else w[Y, i]
-                        _record(
-                            steps[i], count[i], w, i, last, v, y, before[2, i], w[GLOBAL, i], w[TRIAL, i], next_y
-                        )
-                        if crossed or before[3, i] > 0.0:  # steps that end before Ec are forgotten
+                event_met = w[EVENT, i]
+                if event_met == ramp.NOTHING and w[V, i] == before[_START, i]:
+                    continue
+                if event_met != ramp.NEAR:  # the beginning of a step that was taken, or crossed the instability
+                    E, _, _, _ = excess_and_flow(w[V, i], w[Y, i], w[P, i])
+                    if event_met == ramp.CROSSED or E > 0.0:
+                        if count[i] < MOST_STEPS:
+                            for row in range(_STEP_ROWS):
+                                steps[i, row, count[i]] = before[row, i]
                             count[i] += 1
-                if not (crossed or spent):
+                        else:
+                            w[STATUS, i] = SPENT
+                if event_met == ramp.CROSSED:
+                    aim_between(w, i, last)
+                elif event_met == ramp.NEAR:
+                    land(w, i, LANDING * rtol * min(1.0, w[P, i]))
+                elif event_met == ramp.TOO_MANY:
+                    w[STATUS, i] = SPENT
+                if w[STATUS, i] < AT_INSTABILITY:
                     continue
-                number = climb[i]
-                found = 1
-                head[number, EXCESS] = math.nan
-                if not spent:
-                    found = _to_series(
-                        steps[i], count[i], rate[number], modulus_ratio[number] - 1.0, rtol, nodes, all_nodes, matrices,
-                        hold, rung, values, head[number], series[number],
+                found = 0
+                if w[STATUS, i] == AT_INSTABILITY:
+                    found = to_series(
+                        steps[i], count[i], w, i, rtol, nodes, all_nodes, matrices, corner, hold, rung, values,
+                        head[number], series[number],
                     )  # fmt: skip
                     if found == 0 and w[TIGHTNESS, i] < LARGEST_TIGHTNESS:
                         w[TIGHTNESS, i] = min(10.0 * w[TIGHTNESS, i], LARGEST_TIGHTNESS)
                         ramp.begin(w, i)
                         count[i] = 0
                         continue
-                if spent or found == 0:
-                    head[number] = math.nan
-                    series[number] = 0.0
+                if found == 0:
+                    give_up(head[number], series[number])
                     found = 1
                 for j in range(found, MOST_TERMS):
                     series[number, j] = 0.0
                 terms[number] = found
-                climb[i] = -1
+                running[i] = -1
                 busy -= 1
                 w[STATUS, i] = SPENT
 
