@@ -31,6 +31,7 @@ from ..area_lanes import (
     EVENT,
     FIELD,
     GLOBAL,
+    GROWTH,
     NEW,
     RATE,
     SCALE,
@@ -48,7 +49,7 @@ from ..area_lanes import (
 )
 from ..area_lanes import EXCESS as LOAD
 from ..landing import LARGEST_TIGHTNESS, aim_between, land
-from ..model import CRITICAL_LOAD
+from ..model import CRITICAL_LOAD, CRITICAL_U
 from ..sweep import LANES
 from ..tableaus import TABLEAUS
 from .chebyshev import FIRST_ENTRY, FIRST_NODE, LADDER, MOST_TERMS, needed_terms, tail
@@ -94,6 +95,8 @@ _STEP_ROWS = 3
 # the time to failure.
 _FIELD, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(7)
 _NODE_ROWS = 7
+# What rows of a block of lanes stand for while corners are sought: how far s is off, and the last two of a node.
+_AWAY, _CORNER, _CHANGE = EVENT, GROWTH, GLOBAL
 
 
 @device
@@ -124,11 +127,11 @@ def _place(steps, count, fold_v, excess, bend, p, nodes, all_nodes, rung):
     return number
 
 
-def _make_corners(attempt: Callable[..., Any]) -> Callable[..., Any]:
+def _make_corners(attempt: Callable[..., Any], last: int) -> Callable[..., Any]:
     """Make ``corners(steps, number, excess, p, speed, allowed, nodes, w)``: the state at the corner of every node.
 
-    Newton's method for ``s(v) = s`` has a slope that vanishes nowhere; what it leaves, of s at most ``allowed``, is made good
-    by the flow over the time left to the corner. Returns whether it came so far.
+    Newton's method for ``s(v) = s`` has a slope that vanishes nowhere; once s is off by at most ``allowed``, its next
+    correction is small enough for a tangent. Returns whether it came so far.
     """
 
     @device
@@ -149,49 +152,54 @@ def _make_corners(attempt: Callable[..., Any]) -> Callable[..., Any]:
             found = False
             for _ in range(ITERATIONS):
                 attempt(w)
-                largest = 0.0
-                for i in range(lanes):
-                    v = w[V, i] + w[TRIAL, i]
-                    E, D, _, K = event(v, w[NEW, i], 0.0, p, speed)
+                for i in range(lanes):  # no sum or maximum here: it would keep the loop from vector instructions
+                    E, D, _, K = event(w[V, i] + w[TRIAL, i], w[NEW, i], 0.0, p, speed)
                     s = np.sqrt(max(excess - E, 1e-300))
                     away = s - w[TARGET, i]
-                    w[STEP, i] = w[TRIAL, i] + 2.0 * s * away / (K * D)
-                    largest = max(largest, abs(away))
+                    w[_AWAY, i] = abs(away)
+                    w[STEP, i] = 2.0 * s * away / (K * D)
+                largest = 0.0
+                for i in range(lanes):
+                    largest = max(largest, w[_AWAY, i])
                 if largest <= allowed:
                     found = True
                     break
                 for i in range(lanes):
-                    w[TRIAL, i] = w[STEP, i]
+                    w[TRIAL, i] += w[STEP, i]
             if not found:
                 return False
+            for i in range(lanes):
+                v = w[V, i] + w[TRIAL, i]
+                _, h, u, d = excess_and_flow(v + w[STEP, i], w[NEW, i] + w[STEP, i] * w[last, i], p)
+                w[_CORNER, i] = d / CRITICAL_U
+                w[_CHANGE, i] = 0.5 * (1.0 + v * v) / h
             for i in range(min(lanes, number - first)):
-                j = first + i
-                v, y = w[V, i] + w[TRIAL, i], w[NEW, i]
-                E, h, _, _ = excess_and_flow(v, y, p)
-                area = 1.0 + v * v
-                left = (excess - nodes[_S, j] * nodes[_S, j] - E) / (speed * np.sqrt(CRITICAL_LOAD + E))
-                r = (1.0 - y) * area + 2.0 * h * left
-                nodes[_BEGINNING, j] = quadrature.start_of_hold(nodes[_FIELD, j], p, r)
-                nodes[_OF_CORNER, j] = 0.5 * area / h
+                nodes[_BEGINNING, first + i] = w[_CORNER, i]
+                nodes[_OF_CORNER, first + i] = w[_CHANGE, i]
         return True
 
     return corners
 
 
 @device
-def _hold(number, rate, p, rtol, nodes, w, rung, values):
+def _hold(number, excess, rate, p, rtol, nodes, w, rung, values):
     """What becomes a series, ``w/s`` times the rest of the time to failure, at every node.
 
-    Returns the smallest of ``w/s`` times the whole time, NaN if one is not found, and of those from LOW on; and the largest
-    change of the time to failure, relative to itself, by an error of y.
+    Returns the smallest of ``w/s`` times the whole time, NaN where a node's is not found, and of those from LOW on; and the
+    largest change of the time to failure, relative to itself, by an error of y.
     """
     lanes = w.shape[1]
-    smallest, smallest_above, of_corner = math.inf, math.inf, 0.0
+    # Next to Ec a hold alone takes pi p/(3 sqrt(f - 1)), and no film fails there before its ramp ends.
+    smallest = math.pi / 3.0 * p * np.sqrt(2.0 * CRITICAL_LOAD / excess)
+    smallest_above = max(smallest, np.sqrt(LOW / excess) / rate)
+    of_corner = 0.0
     for first in range(0, number, lanes):
         for i in range(lanes):
             j = min(first + i, number - 1)
-            field = nodes[_FIELD, j]
-            quadrature.prepare(w, i, field, p, nodes[_BEGINNING, j])
+            w[quadrature.TIME, i] = nodes[_FIELD, j]
+            w[quadrature.FOUND, i] = nodes[_BEGINNING, j]
+        for i in range(lanes):  # from rows of the block alone, so that it becomes vector instructions
+            quadrature.prepare(w, i, w[quadrature.TIME, i], p, w[quadrature.FOUND, i])
             w[quadrature.BEFORE, i] = 0.0
             rung[i] = quadrature.first_rung(p, rtol)
         quadrature.integrate(w, rung, rtol)
@@ -210,12 +218,12 @@ def _hold(number, rate, p, rtol, nodes, w, rung, values):
     return smallest, smallest_above, of_corner
 
 
-def _make_to_series(attempt: Callable[..., Any]) -> Callable[..., Any]:
+def _make_to_series(attempt: Callable[..., Any], last: int) -> Callable[..., Any]:
     """Make ``to_series(steps, count, w, i, ...)``: the series of a lane at its instability, from the steps of its climb.
 
     It returns the number of terms, or 0 where the steps are not good enough.
     """
-    corners = _make_corners(attempt)
+    corners = _make_corners(attempt, last)
 
     @device
     def to_series(steps, count, lane, i, rtol, nodes, all_nodes, matrices, w, hold, rung, values, head, series):
@@ -246,7 +254,7 @@ def _make_to_series(attempt: Callable[..., Any]) -> Callable[..., Any]:
             number = _place(steps, count, v + aim, excess, bend, p, nodes, all_nodes, step)
             if not corners(steps, number, excess, p, speed, OF_CORNER * np.sqrt(rtol * excess), nodes, w):
                 break
-            smallest, smallest_above, of_corner = _hold(number, rate, p, OF_HOLD * rtol, nodes, hold, rung, values)
+            smallest, smallest_above, of_corner = _hold(number, excess, rate, p, OF_HOLD * rtol, nodes, hold, rung, values)
             if uncertainty * of_corner > OF_CLIMB * rtol:
                 return 0
             for j in range(number):
@@ -288,7 +296,7 @@ def make_series() -> Callable[..., Any]:
     fingerprint = FINGERPRINT
     lanes = LANES
 
-    to_series = _make_to_series(attempt)
+    to_series = _make_to_series(attempt, last)
 
     @device
     def give_up(head, series):

@@ -1,0 +1,158 @@
+"""The cells of a product grid: of every one the sum of a series, or what its ramp or its field alone says."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._jit import FINGERPRINT, compiled, device
+from ..lanes import FAILED, RUNNING, SURVIVES
+from ..sweep import LANES
+from . import holds, series
+from .chebyshev import GROUP, MOST_TERMS
+
+# Rows of a block of lanes: the head and the terms of the series, what the field says, what is found on the way.
+_TERMS = series.HEAD
+_HOLD = _TERMS + MOST_TERMS
+_X = _HOLD + holds.ROWS
+_FACTOR = _X + 1  # s/w, NaN where the series is not to be used
+_LATER = _X + 2  # the last two sums of Clenshaw's recurrence
+_LAST = _X + 3
+_TIME = _X + 4
+_STRETCH = _X + 5
+_INTERNAL = _X + 6
+_FIELD = _X + 7
+_ROWS = _X + 8
+
+
+@device
+def _load(w, first, rows, data, offset, width):
+    """Copy rows of a table into the block: ``width`` lanes, or one for all."""
+    lanes = w.shape[1]
+    if width == 1:
+        for row in range(rows):
+            value = data[offset + row]
+            for i in range(lanes):
+                w[first + row, i] = value
+    else:
+        for row in range(rows):
+            for i in range(lanes):
+                w[first + row, i] = data[offset + row * lanes + i]
+
+
+@device
+def _sum_series(w, terms):
+    """Clenshaw's recurrence in every lane, some terms at a time; ``_LATER`` becomes the sum."""
+    lanes = w.shape[1]
+    for i in range(lanes):
+        w[_LATER, i] = 0.0
+        w[_LAST, i] = 0.0
+    for first in range(terms - GROUP, 0, -GROUP):
+        for i in range(lanes):
+            twice = 2.0 * w[_X, i]
+            b1, b2 = w[_LAST, i], w[_LATER, i]
+            b2 = (w[_TERMS + first + 3, i] - b2) + twice * b1
+            b1 = (w[_TERMS + first + 2, i] - b1) + twice * b2
+            b2 = (w[_TERMS + first + 1, i] - b2) + twice * b1
+            b1 = (w[_TERMS + first, i] - b1) + twice * b2
+            w[_LAST, i] = b1
+            w[_LATER, i] = b2
+    for i in range(lanes):
+        x = w[_X, i]
+        twice = 2.0 * x
+        b1, b2 = w[_LAST, i], w[_LATER, i]
+        b2 = (w[_TERMS + 3, i] - b2) + twice * b1
+        b1 = (w[_TERMS + 2, i] - b1) + twice * b2
+        b2 = (w[_TERMS + 1, i] - b2) + twice * b1
+        w[_LATER, i] = (w[_TERMS, i] - b1) + x * b2
+
+
+@device
+def _find(w, terms):
+    """Results of every lane, NaN where it survives or is for the solver of a single cell."""
+    lanes = w.shape[1]
+    held = 0
+    for i in range(lanes):
+        E, root = w[_HOLD + holds.EXCESS, i], w[_HOLD + holds.ROOT, i]
+        gap = w[series.EXCESS, i] - E
+        s = np.sqrt(gap if gap > 0.0 else 0.0)
+        bend = w[series.BEND, i]
+        w[_X, i] = 2.0 * (1.0 + bend) * root / (w[series.ROOT, i] + s + bend * root) - 1.0
+        usable = (gap >= 0.0) & (E >= w[series.FROM, i])
+        w[_FACTOR, i] = s * w[_HOLD + holds.INVERSE, i] if usable else math.nan
+        held += 1 if usable else 0
+    if held > 0:
+        _sum_series(w, terms)
+    for i in range(lanes):
+        field = w[_HOLD + holds.FIELD, i]
+        on_ramp = w[series.EXCESS, i] < w[_HOLD + holds.EXCESS, i]
+        rest = w[_FACTOR, i] * w[_LATER, i]
+        rest = 0.0 if rest < 0.0 else rest  # rounding, where a hold begins at its end
+        time = w[series.TIME, i] if on_ramp else field / w[series.OF_RATE, i] + rest
+        fails = time < math.inf
+        w[_TIME, i] = time if fails else math.nan
+        stretch = w[series.STRETCH, i] if on_ramp else w[_HOLD + holds.STRETCH, i]
+        internal = w[series.INTERNAL, i] if on_ramp else w[_HOLD + holds.INTERNAL, i]
+        w[_STRETCH, i] = stretch if fails else math.nan
+        w[_INTERNAL, i] = internal if fails else math.nan
+        w[_FIELD, i] = (w[series.AT_FIELD, i] if on_ramp else field) if fails else math.nan
+
+
+@device
+def _write(out, o1, o2, first, w, row, skip, count):
+    for i in range(count if out.size > 0 else 0):
+        out[o1, o2, first + i] = w[row, skip + i]
+
+
+def make_cells() -> Callable[..., Any]:
+    """Make the compiled ``cells(table, offset, terms, of_series, hold_table, of_hold, start, stop, status, ...)``.
+
+    The two tables are flat; block b of the series numbered k begins at ``offset[k, b]`` and has ``terms[k, b]`` terms; the
+    blocks of what the fields say all have the same size. ``of_series`` and ``of_hold`` (first, second) number them for the
+    cells of the first two dimensions. Cells ``start`` to ``stop`` of the last dimension are written to ``status``, int8, and
+    ``time, stretch, internal, field, final``, all (first, second, stop - start), or empty where not wanted. Returns how many
+    are left to the solver of a single cell: their status is RUNNING.
+    """
+    fingerprint = FINGERPRINT
+    lanes = LANES
+
+    def cells(
+        table, offset, terms, of_series, hold_table, of_hold, hold_blocks, hold_width, series_width, start, stop,
+        status, time, stretch, internal, field, final,
+    ):  # fmt: skip
+        source = fingerprint  # in the closure, hence in the key of the on-disk cache
+        w = np.zeros((_ROWS, lanes))
+        left = 0
+        for b in range(start // lanes, (stop - 1) // lanes + 1):
+            begin, end = max(start, b * lanes), min(stop, (b + 1) * lanes)
+            skip, first, count = begin - b * lanes, begin - start, end - begin
+            series_block = b if series_width > 1 else 0
+            hold_block = b if hold_width > 1 else 0
+            loaded_series, loaded_hold = -1, -1
+            for o1 in range(of_series.shape[0]):
+                for o2 in range(of_series.shape[1]):
+                    k, h = of_series[o1, o2], of_hold[o1, o2]
+                    count_terms = terms[k, series_block]
+                    if k != loaded_series:
+                        _load(w, 0, series.HEAD + count_terms, table, offset[k, series_block], series_width)
+                        loaded_series = k
+                    if h != loaded_hold:
+                        at = (h * hold_blocks + hold_block) * holds.ROWS * hold_width
+                        _load(w, _HOLD, holds.ROWS, hold_table, at, hold_width)
+                        loaded_hold = h
+                    _find(w, count_terms)
+                    for i in range(count):
+                        fails = w[_TIME, skip + i] == w[_TIME, skip + i]
+                        survives = w[_HOLD + holds.FINAL, skip + i] == w[_HOLD + holds.FINAL, skip + i]
+                        verdict = FAILED if fails else (SURVIVES if survives else RUNNING)
+                        status[o1, o2, first + i] = verdict
+                        left += verdict == RUNNING
+                    _write(time, o1, o2, first, w, _TIME, skip, count)
+                    _write(stretch, o1, o2, first, w, _STRETCH, skip, count)
+                    _write(internal, o1, o2, first, w, _INTERNAL, skip, count)
+                    _write(field, o1, o2, first, w, _FIELD, skip, count)
+                    _write(final, o1, o2, first, w, _HOLD + holds.FINAL, skip, count)
+        return left if len(source) > 0 else 0
+
+    return compiled(cells)

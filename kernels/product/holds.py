@@ -1,0 +1,55 @@
+"""What a cell takes from its field and modulus ratio alone: where a film under a held field fails, or where it comes to rest."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .. import quadrature
+from .._jit import FINGERPRINT, compiled, device
+from ..model import CRITICAL_LOAD, CRITICAL_U, relative_u
+
+# Rows: the field in Ec; E, the load over that of Ec; the root of E, and one over it, NaN without E; both stretches at the
+# instability under this field, NaN where none is reached; the stretch of a film that survives, NaN where it does not.
+FIELD = 0
+EXCESS = 1
+ROOT = 2
+INVERSE = 3
+STRETCH = 4
+INTERNAL = 5
+FINAL = 6
+ROWS = 7
+
+
+@device
+def _fill(column, field, modulus_ratio):
+    p = modulus_ratio - 1.0
+    g = (field - 1.0) * (field + 1.0)
+    for row in range(ROWS):
+        column[row] = math.nan
+    column[FIELD] = field
+    column[EXCESS] = CRITICAL_LOAD * g
+    if field < 1.0 or (field == 1.0 and p > 0.0):
+        # Relaxed, lambda = xi: (23) is that of a film with mu_R alone, its margin 1 - field**2.
+        column[FINAL] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + relative_u(-g)))
+        return
+    column[ROOT] = np.sqrt(CRITICAL_LOAD * g)
+    column[INVERSE] = 1.0 / column[ROOT]
+    if p > 0.0 and field * field < modulus_ratio:
+        a = quadrature.inverse_internal(field, p)
+        column[STRETCH] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + (g - p * a) / (1.0 + p * a)))
+        column[INTERNAL] = 1.0 / np.sqrt(a)
+
+
+def make_holds() -> Callable[..., Any]:
+    """Make the compiled ``holds(field, modulus_ratio, found)``: ``found`` (cells, ROWS) is filled in."""
+    fingerprint = FINGERPRINT
+
+    def holds(field, modulus_ratio, found):
+        source = fingerprint  # in the closure, hence in the key of the on-disk cache
+        for cell in range(field.size):
+            _fill(found[cell], field[cell], modulus_ratio[cell])
+        return len(source)
+
+    return compiled(holds)
