@@ -12,7 +12,7 @@ from ..sweep import LANES
 from . import holds, series
 from .chebyshev import GROUP, MOST_TERMS
 
-# Rows of a block of lanes: the head and the terms of the series, what the field says, what is found on the way.
+# Rows of a block of lanes: the head and the terms of the series (see `pack`), what the field says, what is found on the way.
 _TERMS = series.HEAD
 _HOLD = _TERMS + MOST_TERMS
 _X = _HOLD + holds.ROWS
@@ -30,42 +30,45 @@ _ROWS = _X + 8
 def _load(w, first, rows, data, offset, width):
     """Copy rows of a table into the block: ``width`` lanes, or one for all."""
     lanes = w.shape[1]
+    target = w[first : first + rows]
     if width == 1:
+        source = data[offset : offset + rows]
         for row in range(rows):
-            value = data[offset + row]
+            value = source[row]
             for i in range(lanes):
-                w[first + row, i] = value
+                target[row, i] = value
     else:
+        block = data[offset : offset + rows * lanes].reshape(rows, lanes)
         for row in range(rows):
             for i in range(lanes):
-                w[first + row, i] = data[offset + row * lanes + i]
+                target[row, i] = block[row, i]
 
 
 @device
 def _sum_series(w, terms):
-    """Clenshaw's recurrence in every lane, some terms at a time; ``_LATER`` becomes the sum."""
+    """Clenshaw's recurrence in every lane, a group of terms at a time; ``_LATER`` becomes the sum."""
     lanes = w.shape[1]
     for i in range(lanes):
         w[_LATER, i] = 0.0
         w[_LAST, i] = 0.0
-    for first in range(terms - GROUP, 0, -GROUP):
+    for first in range(GROUP, terms, GROUP):
         for i in range(lanes):
             twice = 2.0 * w[_X, i]
             b1, b2 = w[_LAST, i], w[_LATER, i]
-            b2 = (w[_TERMS + first + 3, i] - b2) + twice * b1
-            b1 = (w[_TERMS + first + 2, i] - b1) + twice * b2
-            b2 = (w[_TERMS + first + 1, i] - b2) + twice * b1
-            b1 = (w[_TERMS + first, i] - b1) + twice * b2
+            b2 = (w[_TERMS + first, i] - b2) + twice * b1
+            b1 = (w[_TERMS + first + 1, i] - b1) + twice * b2
+            b2 = (w[_TERMS + first + 2, i] - b2) + twice * b1
+            b1 = (w[_TERMS + first + 3, i] - b1) + twice * b2
             w[_LAST, i] = b1
             w[_LATER, i] = b2
     for i in range(lanes):
         x = w[_X, i]
         twice = 2.0 * x
         b1, b2 = w[_LAST, i], w[_LATER, i]
-        b2 = (w[_TERMS + 3, i] - b2) + twice * b1
-        b1 = (w[_TERMS + 2, i] - b1) + twice * b2
-        b2 = (w[_TERMS + 1, i] - b2) + twice * b1
-        w[_LATER, i] = (w[_TERMS, i] - b1) + x * b2
+        b2 = (w[_TERMS, i] - b2) + twice * b1
+        b1 = (w[_TERMS + 1, i] - b1) + twice * b2
+        b2 = (w[_TERMS + 2, i] - b2) + twice * b1
+        w[_LATER, i] = (w[_TERMS + 3, i] - b1) + x * b2
 
 
 @device
@@ -100,9 +103,56 @@ def _find(w, terms):
 
 
 @device
+def _judge(status, w):
+    """Write the outcomes; returns how many have none yet."""
+    left = 0
+    for i in range(status.size):
+        time, final = w[_TIME, i], w[_HOLD + holds.FINAL, i]
+        verdict = np.int8(FAILED) if time == time else (np.int8(SURVIVES) if final == final else np.int8(RUNNING))
+        status[i] = verdict
+        left += verdict == RUNNING
+    return left
+
+
+@device
 def _write(out, o1, o2, first, w, row, skip, count):
-    for i in range(count if out.size > 0 else 0):
-        out[o1, o2, first + i] = w[row, skip + i]
+    if out.size > 0:
+        # Slices have indices from 0, which vector instructions need: Numba lets others count from the end.
+        target, source = out[o1, o2, first : first + count], w[row, skip : skip + count]
+        for i in range(count):
+            target[i] = source[i]
+
+
+def make_pack() -> Callable[..., Any]:
+    """Make the compiled ``pack(head, series, count, inner, width, terms, table)``: series into blocks of lanes.
+
+    The series are those of (outer, inner) pairs; ``terms`` (outer, blocks) and the flat ``table`` are filled in. A block has
+    the rows of the head, the first group of terms with the constant last, and the others from the highest degree down, all
+    as the recurrence takes them. Returns the size of the table.
+    """
+    fingerprint = FINGERPRINT
+
+    def pack(head, series_, count, inner, width, terms, table):
+        source = fingerprint  # in the closure, hence in the key of the on-disk cache
+        size = 0 * len(source)
+        for o in range(terms.shape[0]):
+            for b in range(terms.shape[1]):
+                most = GROUP
+                for i in range(width):
+                    most = max(most, count[o * inner + min(b * width + i, inner - 1)])
+                rows = -(-most // GROUP) * GROUP
+                terms[o, b] = rows
+                for i in range(width):
+                    k = o * inner + min(b * width + i, inner - 1)  # the last column fills the last block up
+                    for row in range(_TERMS):
+                        table[size + row * width + i] = head[k, row]
+                    for row in range(rows):
+                        degree = GROUP - 1 - row if row < GROUP else rows + GROUP - 1 - row
+                        table[size + (_TERMS + row) * width + i] = series_[k, degree]
+                size += (_TERMS + rows) * width
+        return size
+
+    return compiled(pack)
 
 
 def make_cells() -> Callable[..., Any]:
@@ -142,12 +192,7 @@ def make_cells() -> Callable[..., Any]:
                         _load(w, _HOLD, holds.ROWS, hold_table, at, hold_width)
                         loaded_hold = h
                     _find(w, count_terms)
-                    for i in range(count):
-                        fails = w[_TIME, skip + i] == w[_TIME, skip + i]
-                        survives = w[_HOLD + holds.FINAL, skip + i] == w[_HOLD + holds.FINAL, skip + i]
-                        verdict = FAILED if fails else (SURVIVES if survives else RUNNING)
-                        status[o1, o2, first + i] = verdict
-                        left += verdict == RUNNING
+                    left += _judge(status[o1, o2, first : first + count], w[:, skip : skip + count])
                     _write(time, o1, o2, first, w, _TIME, skip, count)
                     _write(stretch, o1, o2, first, w, _STRETCH, skip, count)
                     _write(internal, o1, o2, first, w, _INTERNAL, skip, count)

@@ -4,7 +4,7 @@ All that a cell is made of depends on its own parameters and on rtol: the same b
 in whatever order of the dimensions, and on however many threads.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -15,8 +15,8 @@ from ..build import sweep_for
 from ..lanes import RUNNING
 from ..sweep import LANES, RESULTS
 from . import holds, series
-from .cells import make_cells
-from .chebyshev import GROUP, MOST_TERMS, NODES, TO_SERIES
+from .cells import make_cells, make_pack
+from .chebyshev import MOST_TERMS, NODES, TO_SERIES
 
 # Series computed at a time.
 CHUNK = 4096
@@ -52,64 +52,55 @@ class _Table(NamedTuple):
     width: int
 
 
+class _Kernels(NamedTuple):
+    find_series: Callable[..., Any]
+    pack: Callable[..., Any]
+    holds: Callable[..., Any]
+    cells: Callable[..., Any]
+
+
 @cache
-def _kernels() -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
-    return series.make_series(), holds.make_holds(), make_cells()
+def _kernels() -> _Kernels:
+    return _Kernels(series.make_series(), make_pack(), holds.make_holds(), make_cells())
 
 
-def _in_turn(work: Work, numbers: Iterable[int]) -> None:
+def _in_turn(work: Work, numbers: range) -> None:
     for number in numbers:
         work(number)
 
 
-def _pack(rows: Floats, width: int) -> Floats:
-    """Turn (outer, inner, rows) into (outer, blocks, rows, width), the last block filled up with its last column."""
-    if width == 1:
-        return rows[:, :, :, np.newaxis]
-    outer, inner, height = rows.shape
-    blocks = -(-inner // width)
-    columns = np.minimum(np.arange(blocks * width), inner - 1)
-    return rows[:, columns].reshape(outer, blocks, width, height).transpose(0, 1, 3, 2)
-
-
 def _make_series_table(rate: Floats, modulus_ratio: Floats, width: int, rtol: float, each: Each) -> _Table:
     """Series of pairs (outer, inner), packed into blocks along the inner dimension."""
-    find, _, _ = _kernels()
+    kernels = _kernels()
     outer, inner = rate.shape
     rows = max(CHUNK // inner, 1)
     starts = range(0, outer, rows)
     blocks = -(-inner // width)
-    pieces: list[Floats] = [np.empty(0)] * len(starts)
+    pieces = [np.empty(0)] * len(starts)
     terms = np.empty((outer, blocks), np.int64)
 
     def work(number: int) -> int:
-        part = slice(starts[number], min(starts[number] + rows, outer))
-        rates = np.ascontiguousarray(rate[part]).ravel()
-        ratios = np.ascontiguousarray(modulus_ratio[part]).ravel()
+        part = slice(starts[number], starts[number] + rows)
+        rates, ratios = rate[part].ravel(), modulus_ratio[part].ravel()
         head = np.empty((rates.size, series.HEAD))
         found = np.empty((rates.size, MOST_TERMS))
         count = np.empty(rates.size, np.int64)
-        find(rates, ratios, rtol, NODES, TO_SERIES, head, found, count)
-        count = -(-count // GROUP) * GROUP
-        packed = _pack(np.hstack([head, found]).reshape(-1, inner, series.HEAD + MOST_TERMS), width)
-        own = _pack(count.reshape(-1, inner, 1).astype(float), width).max(axis=(2, 3)).astype(np.int64)
-        terms[part] = own
-        heights = series.HEAD + own.ravel()
-        flat = packed.reshape(-1, series.HEAD + MOST_TERMS, width)
-        pieces[number] = np.concatenate([block[:height].ravel() for block, height in zip(flat, heights, strict=True)])
+        kernels.find_series(rates, ratios, rtol, NODES, TO_SERIES, head, found, count)
+        table = np.empty(terms[part].size * (series.HEAD + MOST_TERMS) * width)
+        size = kernels.pack(head, found, count, inner, width, terms[part], table)
+        pieces[number] = table[:size].copy()
         return int(rates.size)
 
     each(work, range(len(starts)))
     sizes = (series.HEAD + terms.ravel()) * width
-    offset = np.concatenate([[0], np.cumsum(sizes)[:-1]]).reshape(outer, blocks)
-    return _Table(np.concatenate(pieces), offset, terms, width)
+    offset = np.cumsum(sizes) - sizes
+    return _Table(np.concatenate(pieces), offset.reshape(outer, blocks), terms, width)
 
 
 def _make_hold_table(field: Floats, modulus_ratio: Floats, width: int) -> Floats:
-    _, fill, _ = _kernels()
-    found = np.empty((field.size, holds.ROWS))
-    fill(np.ascontiguousarray(field).ravel(), np.ascontiguousarray(modulus_ratio).ravel(), found)
-    return np.ascontiguousarray(_pack(found.reshape(*field.shape, holds.ROWS), width)).ravel()
+    table = np.empty(field.shape[0] * -(-field.shape[1] // width) * width * holds.ROWS)
+    _kernels().holds(field, modulus_ratio, width, table)
+    return table
 
 
 class ProductGrid:
@@ -161,7 +152,7 @@ class ProductGrid:
         every = [*names, last] if has_last else names
         mesh = np.meshgrid(*(values[name] for name in every), indexing="ij")
         columns = values[last].size if has_last else 1
-        return {name: array.reshape(-1, columns) for name, array in zip(every, mesh, strict=True)}
+        return {name: np.ascontiguousarray(array.reshape(-1, columns)) for name, array in zip(every, mesh, strict=True)}
 
     def _number(self, names: list[str], ranges: dict[str, NDArray[np.int64]]) -> NDArray[np.int64]:
         """Outer numbers in a table of the cells of the first two dimensions."""
@@ -191,7 +182,6 @@ class ProductGrid:
         int
             How many cells took the solver of a single cell.
         """
-        _, _, cells = _kernels()
         bounds = [slice(*part[k].indices(self.shape[k])) for k in self._order]
         ranges = {name: np.arange(own.start, own.stop) for name, own in zip(self._dims, bounds, strict=True)}
         shape = tuple(own.stop - own.start for own in bounds)
@@ -199,7 +189,7 @@ class ProductGrid:
         none = np.empty((0, 0, 0), kind)
         views = [none if result is None else result.reshape(shape) for result in results]
         verdicts = status.reshape(shape)
-        left = cells(
+        left = _kernels().cells(
             self._series.data, self._series.offset, self._series.terms, self._number(self._outer["series"], ranges),
             self._hold, self._number(self._outer["hold"], ranges), self._hold_blocks, self._hold_width,
             self._series.width, bounds[-1].start, bounds[-1].stop, verdicts, *views,

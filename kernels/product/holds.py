@@ -23,33 +23,44 @@ ROWS = 7
 
 
 @device
-def _fill(column, field, modulus_ratio):
+def _fill(table, first, width, field, modulus_ratio):
     p = modulus_ratio - 1.0
     g = (field - 1.0) * (field + 1.0)
     for row in range(ROWS):
-        column[row] = math.nan
-    column[FIELD] = field
-    column[EXCESS] = CRITICAL_LOAD * g
+        table[first + row * width] = math.nan
+    table[first + FIELD * width] = field
+    table[first + EXCESS * width] = CRITICAL_LOAD * g
     if field < 1.0 or (field == 1.0 and p > 0.0):
         # Relaxed, lambda = xi: (23) is that of a film with mu_R alone, its margin 1 - field**2.
-        column[FINAL] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + relative_u(-g)))
+        table[first + FINAL * width] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + relative_u(-g)))
         return
-    column[ROOT] = np.sqrt(CRITICAL_LOAD * g)
-    column[INVERSE] = 1.0 / column[ROOT]
+    root = np.sqrt(CRITICAL_LOAD * g)
+    table[first + ROOT * width] = root
+    table[first + INVERSE * width] = 1.0 / root
     if p > 0.0 and field * field < modulus_ratio:
         a = quadrature.inverse_internal(field, p)
-        column[STRETCH] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + (g - p * a) / (1.0 + p * a)))
-        column[INTERNAL] = 1.0 / np.sqrt(a)
+        table[first + STRETCH * width] = 1.0 / np.sqrt(CRITICAL_U * (1.0 + (g - p * a) / (1.0 + p * a)))
+        table[first + INTERNAL * width] = 1.0 / np.sqrt(a)
 
 
 def make_holds() -> Callable[..., Any]:
-    """Make the compiled ``holds(field, modulus_ratio, found)``: ``found`` (cells, ROWS) is filled in."""
+    """Make the compiled ``holds(field, modulus_ratio, width, table)``.
+
+    ``field``, ``modulus_ratio`` are (outer, inner); the flat ``table`` is filled in, as (outer, blocks, ROWS, width), the last
+    block filled up with the last column.
+    """
     fingerprint = FINGERPRINT
 
-    def holds(field, modulus_ratio, found):
+    def holds(field, modulus_ratio, width, table):
         source = fingerprint  # in the closure, hence in the key of the on-disk cache
-        for cell in range(field.size):
-            _fill(found[cell], field[cell], modulus_ratio[cell])
+        outer, inner = field.shape
+        first = 0
+        for o in range(outer):
+            for begin in range(0, inner, width):
+                for i in range(width):
+                    k = min(begin + i, inner - 1)
+                    _fill(table, first + i, width, field[o, k], modulus_ratio[o, k])
+                first += ROWS * width
         return len(source)
 
     return compiled(holds)
