@@ -23,25 +23,28 @@ _TIME = _X + 4
 _STRETCH = _X + 5
 _INTERNAL = _X + 6
 _FIELD = _X + 7
-_ROWS = _X + 8
+_STATUS = _X + 8
+_ROWS = _X + 9
+
+
+# Indices are unsigned where a loop over lanes adds to them: from the others, which may count from the end, Numba makes no
+# vector instructions, and slices count references.
 
 
 @device
 def _load(w, first, rows, data, offset, width):
     """Copy rows of a table into the block: ``width`` lanes, or one for all."""
     lanes = w.shape[1]
-    target = w[first : first + rows]
+    source, target = np.uint64(offset), np.uint64(first)
     if width == 1:
-        source = data[offset : offset + rows]
         for row in range(rows):
-            value = source[row]
+            value = data[source + np.uint64(row)]
             for i in range(lanes):
-                target[row, i] = value
+                w[target + np.uint64(row), i] = value
     else:
-        block = data[offset : offset + rows * lanes].reshape(rows, lanes)
         for row in range(rows):
             for i in range(lanes):
-                target[row, i] = block[row, i]
+                w[target + np.uint64(row), i] = data[source + np.uint64(row * lanes + i)]
 
 
 @device
@@ -100,27 +103,23 @@ def _find(w, terms):
         w[_STRETCH, i] = stretch if fails else math.nan
         w[_INTERNAL, i] = internal if fails else math.nan
         w[_FIELD, i] = (w[series.AT_FIELD, i] if on_ramp else field) if fails else math.nan
-
-
-@device
-def _judge(status, w):
-    """Write the outcomes; returns how many have none yet."""
-    left = 0
-    for i in range(status.size):
-        time, final = w[_TIME, i], w[_HOLD + holds.FINAL, i]
-        verdict = np.int8(FAILED) if time == time else (np.int8(SURVIVES) if final == final else np.int8(RUNNING))
-        status[i] = verdict
-        left += verdict == RUNNING
-    return left
+        final = w[_HOLD + holds.FINAL, i]
+        w[_STATUS, i] = FAILED if fails else (SURVIVES if final == final else RUNNING)
 
 
 @device
 def _write(out, o1, o2, first, w, row, skip, count):
-    if out.size > 0:
-        # Slices have indices from 0, which vector instructions need: Numba lets others count from the end.
-        target, source = out[o1, o2, first : first + count], w[row, skip : skip + count]
+    """Write a row of the block; a whole block by a loop of known length, which is vector instructions alone."""
+    lanes = w.shape[1]
+    target, source = np.uint64(first), np.uint64(skip)
+    if out.size == 0:
+        return
+    if count == lanes:
+        for i in range(lanes):
+            out[o1, o2, target + np.uint64(i)] = w[row, i]
+    else:
         for i in range(count):
-            target[i] = source[i]
+            out[o1, o2, target + np.uint64(i)] = w[row, source + np.uint64(i)]
 
 
 def make_pack() -> Callable[..., Any]:
@@ -192,7 +191,9 @@ def make_cells() -> Callable[..., Any]:
                         _load(w, _HOLD, holds.ROWS, hold_table, at, hold_width)
                         loaded_hold = h
                     _find(w, count_terms)
-                    left += _judge(status[o1, o2, first : first + count], w[:, skip : skip + count])
+                    for i in range(skip, skip + count):
+                        left += w[_STATUS, i] == RUNNING
+                    _write(status, o1, o2, first, w, _STATUS, skip, count)
                     _write(time, o1, o2, first, w, _TIME, skip, count)
                     _write(stretch, o1, o2, first, w, _STRETCH, skip, count)
                     _write(internal, o1, o2, first, w, _INTERNAL, skip, count)
