@@ -4,8 +4,8 @@ import numpy as np
 
 from .._jit import device
 
-# Numbers of nodes, each tried when the last was not enough.
-LADDER = (8, 16, 24, 32, 48, 64, 96)
+# Numbers of nodes, whole blocks of lanes, each tried when the last was not enough.
+LADDER = (16, 32, 48, 64, 96)
 MOST_TERMS = LADDER[-1]
 # Coefficients are stored in groups, the last one filled up with zeros.
 GROUP = 4
