@@ -12,7 +12,7 @@ from ..sweep import LANES
 from . import holds, series
 from .chebyshev import GROUP, MOST_TERMS
 
-# Rows of a block of lanes: the head and the terms of the series (see `pack`), what the field says, what is found on the way.
+# Rows of a block of lanes: the head and the terms of the series, see `make_pack`; what the field says; what is found.
 _TERMS = series.HEAD
 _HOLD = _TERMS + MOST_TERMS
 _X = _HOLD + holds.ROWS
@@ -27,8 +27,8 @@ _STATUS = _X + 8
 _ROWS = _X + 9
 
 
-# Indices are unsigned where a loop over lanes adds to them: from the others, which may count from the end, Numba makes no
-# vector instructions, and slices count references.
+# Indices are unsigned where a loop over lanes adds to them: from others, which may count from the end, no vector
+# instructions are made, and slices count references.
 
 
 @device
@@ -85,7 +85,7 @@ def _find(w, terms):
         s = np.sqrt(gap if gap > 0.0 else 0.0)
         bend = w[series.BEND, i]
         w[_X, i] = 2.0 * (1.0 + bend) * root / (w[series.ROOT, i] + s + bend * root) - 1.0
-        usable = (gap >= 0.0) & (E >= w[series.FROM, i])
+        usable = (gap >= 0.0) & (w[series.FROM, i] <= E)
         w[_FACTOR, i] = s * w[_HOLD + holds.INVERSE, i] if usable else math.nan
         held += 1 if usable else 0
     if held > 0:
@@ -104,7 +104,7 @@ def _find(w, terms):
         w[_INTERNAL, i] = internal if fails else math.nan
         w[_FIELD, i] = (w[series.AT_FIELD, i] if on_ramp else field) if fails else math.nan
         final = w[_HOLD + holds.FINAL, i]
-        w[_STATUS, i] = FAILED if fails else (SURVIVES if final == final else RUNNING)
+        w[_STATUS, i] = FAILED if fails else (SURVIVES if final > 0.0 else RUNNING)
 
 
 @device
@@ -125,9 +125,9 @@ def _write(out, o1, o2, first, w, row, skip, count):
 def make_pack() -> Callable[..., Any]:
     """Make the compiled ``pack(head, series, count, inner, width, terms, table)``: series into blocks of lanes.
 
-    The series are those of (outer, inner) pairs; ``terms`` (outer, blocks) and the flat ``table`` are filled in. A block has
-    the rows of the head, the first group of terms with the constant last, and the others from the highest degree down, all
-    as the recurrence takes them. Returns the size of the table.
+    The series are those of (outer, inner) pairs; ``terms`` (outer, blocks) and the flat ``table`` are filled in. A block
+    has the rows of the head, the first group of terms with the constant last, and the others from the highest degree
+    down, all as the recurrence takes them. Returns the size of the table.
     """
     fingerprint = FINGERPRINT
 
@@ -157,11 +157,11 @@ def make_pack() -> Callable[..., Any]:
 def make_cells() -> Callable[..., Any]:
     """Make the compiled ``cells(table, offset, terms, of_series, hold_table, of_hold, start, stop, status, ...)``.
 
-    The two tables are flat; block b of the series numbered k begins at ``offset[k, b]`` and has ``terms[k, b]`` terms; the
-    blocks of what the fields say all have the same size. ``of_series`` and ``of_hold`` (first, second) number them for the
-    cells of the first two dimensions. Cells ``start`` to ``stop`` of the last dimension are written to ``status``, int8, and
-    ``time, stretch, internal, field, final``, all (first, second, stop - start), or empty where not wanted. Returns how many
-    are left to the solver of a single cell: their status is RUNNING.
+    The two tables are flat; block b of the series numbered k begins at ``offset[k, b]`` and has ``terms[k, b]`` terms;
+    the blocks of what the fields say all have the same size. ``of_series`` and ``of_hold`` (first, second) number them
+    for the cells of the first two dimensions. Cells ``start`` to ``stop`` of the last dimension are written to
+    ``status``, int8, and ``time, stretch, internal, field, final``, all (first, second, stop - start), or empty where
+    not wanted. Returns how many are left to the solver of a single cell: their status is RUNNING.
     """
     fingerprint = FINGERPRINT
     lanes = LANES

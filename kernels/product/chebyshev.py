@@ -30,7 +30,7 @@ FIRST_ENTRY = (0, *(int(end) for end in np.cumsum(np.square(LADDER))))
 
 @device
 def needed_terms(series, count, allowed):
-    """Return how many of ``count`` terms to keep for what is left out to sum up to at most ``allowed``; at least one."""
+    """Return how many of ``count`` terms to keep, at least one, for the rest to sum up to at most ``allowed``."""
     left_out = abs(series[count - 1])
     while count > 1 and left_out <= allowed:
         count -= 1
@@ -39,6 +39,19 @@ def needed_terms(series, count, allowed):
 
 
 @device
+def _largest_of_three(series, last):
+    return max(abs(series[last]), abs(series[last - 1]), abs(series[last - 2]))
+
+
+@device
 def tail(series, count):
-    """Estimate the error of an interpolant from its last coefficients."""
-    return 3.0 * max(abs(series[count - 1]), abs(series[count - 2]), abs(series[count - 3]))
+    """Estimate the error of an interpolant from its last coefficients, falling on as they fell over the last quarter.
+
+    What is left out adds up to the last one over 1 - q, q the ratio of one to the next, and shows up once more in the
+    coefficients that are there. Where they fall no more, all of them count.
+    """
+    quarter = count // 4
+    end = _largest_of_three(series, count - 1)
+    before = _largest_of_three(series, count - 1 - quarter)
+    ratio = (end / (before + 1e-300)) ** (1.0 / quarter)
+    return end * min(2.0 / max(1.0 - ratio, 1e-9), float(count))

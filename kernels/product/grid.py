@@ -1,7 +1,7 @@
 """Product grids under a ramp and a hold: tables first, then any part of the grid from them.
 
-All that a cell is made of depends on its own parameters and on rtol: the same bits whatever part of the grid is asked for,
-in whatever order of the dimensions, and on however many threads.
+All that a cell is made of depends on its own parameters and on rtol: the same bits whatever part of the grid is asked
+for, in whatever order of the dimensions, and on however many threads.
 """
 
 from collections.abc import Callable, Sequence
@@ -174,8 +174,8 @@ class ProductGrid:
         status : ndarray of int8
             Of the shape of the part, contiguous: outcomes as in `lanes.py`.
         results : sequence of ndarray or None
-            Rows of the result of a sweep, as in `sweep.py`, of the shape of the part and one type of float; None where one
-            is not wanted.
+            Rows of the result of a sweep, as in `sweep.py`, contiguous, of the shape of the part and one type of float;
+            None where one is not wanted.
 
         Returns
         -------
@@ -202,8 +202,7 @@ class ProductGrid:
         """Solve the cells that are left, each on its own."""
         where = np.nonzero(status == RUNNING)
         columns = {
-            name: axis[own][index]
-            for name, axis, own, index in zip(self._dims, self._axes, bounds, where, strict=True)
+            name: axis[own][index] for name, axis, own, index in zip(self._dims, self._axes, bounds, where, strict=True)
         }
         found = np.empty((RESULTS, where[0].size))
         verdict = np.empty(where[0].size, np.int8)

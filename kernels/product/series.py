@@ -1,18 +1,18 @@
 """Time to failure after a hold as a Chebyshev series over the field, one for each (rate, modulus_ratio).
 
-One climb from zero field to the instability, `ramp.py`, passes the corners of all ramps of this rate that end in a hold:
-at a few fields the state is found by one step of its method from the last step before, and the rest of the time to failure
-by `quadrature.py`. Let
-``E = (e - e_C)``, E_f the same where the climb ends, ``w = sqrt(E)`` and ``s = sqrt(E_f - E)``. The rest grows like 1/w
-towards Ec, and is a regular function of s that vanishes like s**2 where the climb ends, since dE/dv does. So ``w/s`` times
-the rest is regular in the angle phi of ``w = sqrt(E_f) sin(phi)``, at both ends and beyond; its series is in
+One climb from zero field to the instability, `ramp.py`, passes the corners of all ramps of this rate that end in a hold.
+At a few fields the state is found by one step of its method from the last step before, and the rest of the time to
+failure by `quadrature.py`. Let ``E = (e - e_C)``, E_f the same where the climb ends, ``w = sqrt(E)`` and
+``s = sqrt(E_f - E)``. The rest grows like 1/w towards Ec, and is a regular function of s that vanishes like s**2 where the
+climb ends, since dE/dv does. So ``w/s`` times the rest is regular in the angle phi of ``w = sqrt(E_f) sin(phi)``, at both
+ends and beyond; its series is in
 
     x = 2 (1 + a) t/(1 + a t) - 1,    t = tan(phi/2) = w/(sqrt(E_f) + s),
 
 with a > 0 to have nodes where the time to failure varies most: at w of about sqrt(e_C), or of p where p is small.
 
-What is estimated of the error, relative to the time to failure at every node: that of r = xi**2 at the corner over 2 h, (26);
-that of the quadrature; the last coefficients of the series.
+What is estimated of the error, relative to the time to failure: that of r = xi**2 at the corner over 2 h, (26); that of
+the quadrature; what the last coefficients say of those that are left out.
 """
 
 import math
@@ -54,8 +54,8 @@ from ..sweep import LANES
 from ..tableaus import TABLEAUS
 from .chebyshev import FIRST_ENTRY, FIRST_NODE, LADDER, MOST_TERMS, needed_terms, tail
 
-# Rows of the head of a series: E_f, NaN where the climb is not good enough; its root; a; E from which on the series is good; results of a film that fails on its ramp; the
-# rate.
+# Rows of the head of a series: E_f, NaN where the climb is not good enough; its root; a; E from which on the series is
+# good; results of a film that fails on its ramp; the rate.
 EXCESS = 0
 ROOT = 1
 BEND = 2
@@ -71,8 +71,8 @@ HEAD = 9
 SLOWEST = 1e-9
 FASTEST = 1e9
 
-# Shares of the error allowed: of the steps of the climb, of its estimated error when it begins again, of the quadrature, of
-# the last coefficients, and, squared, of the corner.
+# Shares of the error allowed: of the steps of the climb, of its estimated error when it begins again, of the quadrature,
+# of the coefficients left out, and, squared, of the corner.
 OF_STEPS = 0.1
 OF_CLIMB = 0.4
 OF_HOLD = 0.01
@@ -91,8 +91,8 @@ LOW = 1e-6
 # Rows of the steps of a climb: v, y, dy/dv at their beginning.
 _START, _VALUE, _SLOPE = range(3)
 _STEP_ROWS = 3
-# Rows of the nodes of a climb: field, w, s, v, the step that v is on, U - 1 at the corner, what an error of y there does to
-# the time to failure.
+# Rows of the nodes of a climb: field, w, s, v, the step that v is on, U - 1 at the corner, what an error of y there does
+# to the time to failure.
 _FIELD, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(7)
 _NODE_ROWS = 7
 # What rows of a block of lanes stand for while corners are sought: how far s is off, and the last two of a node.
@@ -178,7 +178,7 @@ def _make_corners(attempt: Callable[..., Any], last: int) -> Callable[..., Any]:
                 return False
             for i in range(lanes):
                 v = w[V, i] + w[TRIAL, i]
-                _, h, u, d = excess_and_flow(v + w[STEP, i], w[NEW, i] + w[STEP, i] * w[last, i], p)
+                _, h, _, d = excess_and_flow(v + w[STEP, i], w[NEW, i] + w[STEP, i] * w[last, i], p)
                 w[_CORNER, i] = d / CRITICAL_U
                 w[_CHANGE, i] = 0.5 * (1.0 + v * v) / h
             for i in range(min(lanes, number - first)):
@@ -191,10 +191,10 @@ def _make_corners(attempt: Callable[..., Any], last: int) -> Callable[..., Any]:
 
 @device
 def _hold(number, excess, rate, p, rtol, nodes, w, rung, values):
-    """What becomes a series, ``w/s`` times the rest of the time to failure, at every node.
+    """Find what becomes a series, ``w/s`` times the rest of the time to failure, at every node.
 
-    Returns the smallest of ``w/s`` times the whole time, NaN where a node's is not found, and of those from LOW on; and the
-    largest change of the time to failure, relative to itself, by an error of y.
+    Returns the smallest of ``w/s`` times the whole time, NaN where a node's is not found, and of those from LOW on; and
+    the largest change of the time to failure, relative to itself, by an error of y.
     """
     lanes = w.shape[1]
     # Next to Ec a hold alone takes pi p/(3 sqrt(f - 1)), and no film fails there before its ramp ends.
@@ -227,7 +227,7 @@ def _hold(number, excess, rate, p, rtol, nodes, w, rung, values):
 
 
 def _make_to_series(attempt: Callable[..., Any], last: int) -> Callable[..., Any]:
-    """Make ``to_series(steps, count, w, i, ...)``: the series of a lane at its instability, from the steps of its climb.
+    """Make ``to_series(steps, count, lane, i, ...)``: the series of a climb that is at its instability, from its steps.
 
     It returns the number of terms, or 0 where the steps are not good enough.
     """
@@ -265,7 +265,9 @@ def _make_to_series(attempt: Callable[..., Any], last: int) -> Callable[..., Any
             )
             if not corners(steps, number, excess, p, speed, OF_CORNER * np.sqrt(rtol * excess), nodes, w):
                 break
-            smallest, smallest_above, of_corner = _hold(number, excess, rate, p, OF_HOLD * rtol, nodes, hold, rung, values)
+            smallest, smallest_above, of_corner = _hold(
+                number, excess, rate, p, OF_HOLD * rtol, nodes, hold, rung, values
+            )
             if uncertainty * of_corner > OF_CLIMB * rtol:
                 return 0
             for j in range(number):
@@ -297,8 +299,8 @@ def _first_rung(rtol):
 def make_series() -> Callable[..., Any]:
     """Make the compiled ``find(rate, modulus_ratio, rtol, nodes, matrices, head, series, terms)``.
 
-    ``rate``, ``modulus_ratio`` are (series,) arrays; ``head`` (series, HEAD), ``series`` (series, MOST_TERMS), ``terms``
-    (series,) are filled in, each from its own rate and modulus ratio alone. ``nodes`` and ``matrices`` are those of
+    ``rate``, ``modulus_ratio`` are (series,) arrays; ``head`` (series, HEAD), ``series`` (series, MOST_TERMS) and
+    ``terms`` (series,) are filled in, each from its own rate and modulus ratio alone. ``nodes`` and ``matrices`` are those of
     `chebyshev.py`.
     """
     method = make_explicit(TABLEAUS["dop853"])
