@@ -110,8 +110,13 @@ def prepare(w, i, f, p, start):
     No branch and no call, so that a loop over lanes becomes vector instructions; garbage, and no harm, in a lane that
     has nothing to integrate.
     """
+    prepare_above(w, i, f, (f - 1.0) * (f + 1.0), p, start)
+
+
+@device
+def prepare_above(w, i, f, g, p, start):
+    """Do what `prepare` does with ``g = f**2 - 1`` given: next to Ec, f does not carry it to all its digits."""
     P = p * CRITICAL_U
-    g = (f - 1.0) * (f + 1.0)
     a = inverse_internal(f, p)
     end = (g - p * a) / (1.0 + p * a)
     # y - 1 without cancellation: just below sqrt(m) Ec, the interval is short and D vanishes all along.

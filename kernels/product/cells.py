@@ -125,9 +125,9 @@ def _write(out, o1, o2, first, w, row, skip, count):
 def make_pack() -> Callable[..., Any]:
     """Make the compiled ``pack(head, series, count, inner, width, terms, table)``: series into blocks of lanes.
 
-    The series are those of (outer, inner) pairs; ``terms`` (outer, blocks) and the flat ``table`` are filled in. A block
-    has the rows of the head, the first group of terms with the constant last, and the others from the highest degree
-    down, all as the recurrence takes them. Returns the size of the table.
+    The series are those of (outer, inner) pairs; ``terms`` (outer, blocks) and the flat ``table`` are filled in. A
+    block has the rows of the head, the first group of terms with the constant last, and the others from the highest
+    degree down, all as the recurrence takes them. Returns the size of the table.
     """
     fingerprint = FINGERPRINT
 

@@ -48,10 +48,10 @@ def tail(series, count):
     """Estimate the error of an interpolant from its last coefficients, falling on as they fell over the last quarter.
 
     What is left out adds up to the last one over 1 - q, q the ratio of one to the next, and shows up once more in the
-    coefficients that are there. Where they fall no more, all of them count.
+    coefficients that are there. Where they fall no more, they are those of independent errors at the nodes.
     """
     quarter = count // 4
     end = _largest_of_three(series, count - 1)
     before = _largest_of_three(series, count - 1 - quarter)
     ratio = (end / (before + 1e-300)) ** (1.0 / quarter)
-    return end * min(2.0 / max(1.0 - ratio, 1e-9), float(count))
+    return end * min(2.0 / max(1.0 - ratio, 1e-9), 2.0 * np.sqrt(count))

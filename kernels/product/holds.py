@@ -11,7 +11,8 @@ from .._jit import FINGERPRINT, compiled, device
 from ..model import CRITICAL_LOAD, CRITICAL_U, relative_u
 
 # Rows: the field in Ec; E, the load over that of Ec; the root of E, and one over it, NaN without E; both stretches at
-# the instability under this field, NaN where none is reached; the stretch of a film that survives, NaN where it does not.
+# the instability under this field, NaN where none is reached; the stretch of a film that survives, NaN of one that
+# does not.
 FIELD = 0
 EXCESS = 1
 ROOT = 2
@@ -46,8 +47,8 @@ def _fill(table, first, width, field, modulus_ratio):
 def make_holds() -> Callable[..., Any]:
     """Make the compiled ``holds(field, modulus_ratio, width, table)``.
 
-    ``field``, ``modulus_ratio`` are (outer, inner); the flat ``table`` is filled in, as (outer, blocks, ROWS, width), the
-    last block filled up with the last column.
+    ``field``, ``modulus_ratio`` are (outer, inner); the flat ``table`` is filled in, as (outer, blocks, ROWS, width),
+    the last block filled up with the last column.
     """
     fingerprint = FINGERPRINT
 

@@ -1,11 +1,11 @@
 """Time to failure after a hold as a Chebyshev series over the field, one for each (rate, modulus_ratio).
 
-One climb from zero field to the instability, `ramp.py`, passes the corners of all ramps of this rate that end in a hold.
-At a few fields the state is found by one step of its method from the last step before, and the rest of the time to
-failure by `quadrature.py`. Let ``E = (e - e_C)``, E_f the same where the climb ends, ``w = sqrt(E)`` and
-``s = sqrt(E_f - E)``. The rest grows like 1/w towards Ec, and is a regular function of s that vanishes like s**2 where the
-climb ends, since dE/dv does. So ``w/s`` times the rest is regular in the angle phi of ``w = sqrt(E_f) sin(phi)``, at both
-ends and beyond; its series is in
+One climb from zero field to the instability, `ramp.py`, passes the corners of all ramps of this rate that end in a
+hold. At a few fields the state is found by one step of its method from the last step before, and the rest of the time
+to failure by `quadrature.py`. Let ``E = (e - e_C)``, E_f the same where the climb ends, ``w = sqrt(E)`` and
+``s = sqrt(E_f - E)``. The rest grows like 1/w towards Ec, and is a regular function of s that vanishes like s**2 where
+the climb ends, since dE/dv does. So ``w/s`` times the rest is regular in the angle phi of ``w = sqrt(E_f) sin(phi)``,
+at both ends and beyond; its series is in
 
     x = 2 (1 + a) t/(1 + a t) - 1,    t = tan(phi/2) = w/(sqrt(E_f) + s),
 
@@ -71,8 +71,8 @@ HEAD = 9
 SLOWEST = 1e-9
 FASTEST = 1e9
 
-# Shares of the error allowed: of the steps of the climb, of its estimated error when it begins again, of the quadrature,
-# of the coefficients left out, and, squared, of the corner.
+# Shares of the error allowed: of the steps of the climb, of its estimated error when it begins again, of the
+# quadrature, of the coefficients left out, and, squared, of the corner.
 OF_STEPS = 0.1
 OF_CLIMB = 0.4
 OF_HOLD = 0.01
@@ -91,10 +91,10 @@ LOW = 1e-6
 # Rows of the steps of a climb: v, y, dy/dv at their beginning.
 _START, _VALUE, _SLOPE = range(3)
 _STEP_ROWS = 3
-# Rows of the nodes of a climb: field, w, s, v, the step that v is on, U - 1 at the corner, what an error of y there does
-# to the time to failure.
-_FIELD, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(7)
-_NODE_ROWS = 7
+# Rows of the nodes of a climb: field f, f**2 - 1, w, s, v, the step that v is on, U - 1 at the corner, what an error
+# of y there does to the time to failure.
+_FIELD, _ABOVE, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(8)
+_NODE_ROWS = 8
 # What rows of a block of lanes stand for while corners are sought: how far s is off, and the last two of a node.
 _AWAY, _CORNER, _CHANGE = EVENT, GROWTH, GLOBAL
 
@@ -106,12 +106,12 @@ def _place(steps, count, fold_v, fold_y, fold_slope, excess, bend, p, speed, nod
     for j in range(number):
         share = 0.5 * (1.0 + all_nodes[first + j])
         t = share / (1.0 + bend * (1.0 - share))
-        root = 2.0 * t / (1.0 + t * t)
-        field = np.sqrt(1.0 + excess * root * root / CRITICAL_LOAD)
-        E = CRITICAL_LOAD * (field - 1.0) * (field + 1.0)  # of the field as rounded
-        nodes[_FIELD, j] = field
-        nodes[_W, j] = np.sqrt(E)
-        nodes[_S, j] = np.sqrt(max(excess - E, 0.0))
+        root = np.sqrt(excess) / (1.0 + t * t)
+        w, s = 2.0 * t * root, (1.0 - t * t) * root
+        nodes[_W, j] = w
+        nodes[_S, j] = s
+        nodes[_ABOVE, j] = w * w / CRITICAL_LOAD
+        nodes[_FIELD, j] = np.sqrt(1.0 + w * w / CRITICAL_LOAD)
     k = count
     _, _, change, K = event(fold_v, fold_y, fold_slope, p, speed)
     s0, v0, rise0 = 0.0, fold_v, -1.0 / np.sqrt(max(-0.5 * K * change, 1e-300))
@@ -205,9 +205,10 @@ def _hold(number, excess, rate, p, rtol, nodes, w, rung, values):
         for i in range(lanes):
             j = min(first + i, number - 1)
             w[quadrature.TIME, i] = nodes[_FIELD, j]
+            w[quadrature.BEFORE, i] = nodes[_ABOVE, j]
             w[quadrature.FOUND, i] = nodes[_BEGINNING, j]
         for i in range(lanes):  # from rows of the block alone, so that it becomes vector instructions
-            quadrature.prepare(w, i, w[quadrature.TIME, i], p, w[quadrature.FOUND, i])
+            quadrature.prepare_above(w, i, w[quadrature.TIME, i], w[quadrature.BEFORE, i], p, w[quadrature.FOUND, i])
             w[quadrature.BEFORE, i] = 0.0
             rung[i] = quadrature.first_rung(p, rtol)
         quadrature.integrate(w, rung, rtol)
@@ -300,8 +301,8 @@ def make_series() -> Callable[..., Any]:
     """Make the compiled ``find(rate, modulus_ratio, rtol, nodes, matrices, head, series, terms)``.
 
     ``rate``, ``modulus_ratio`` are (series,) arrays; ``head`` (series, HEAD), ``series`` (series, MOST_TERMS) and
-    ``terms`` (series,) are filled in, each from its own rate and modulus ratio alone. ``nodes`` and ``matrices`` are those of
-    `chebyshev.py`.
+    ``terms`` (series,) are filled in, each from its own rate and modulus ratio alone. ``nodes`` and ``matrices`` are
+    those of `chebyshev.py`.
     """
     method = make_explicit(TABLEAUS["dop853"])
     attempt, last, rows, share = method.attempt, method.last, method.rows, method.share
