@@ -86,7 +86,7 @@ def start_of_hold(f, p, r):
 
 
 @device
-def _inverse_internal(f, p):
+def inverse_internal(f, p):
     """Return a = 1/r at the instability under a constant field, where A**4 = f**6 B, (23) at (25).
 
     With ``G = (f**6 - 1)/p`` it reads ``a**2 (4 a + 6 p a**2 + 4 p**2 a**3 + p**3 a**4 - G) = f**6``, which has lost
@@ -110,9 +110,14 @@ def prepare(w, i, f, p, start):
     No branch and no call, so that a loop over lanes becomes vector instructions; garbage, and no harm, in a lane that
     has nothing to integrate.
     """
+    prepare_above(w, i, f, (f - 1.0) * (f + 1.0), p, start)
+
+
+@device
+def prepare_above(w, i, f, g, p, start):
+    """Do what `prepare` does with ``g = f**2 - 1`` given: next to Ec, f does not carry it to all its digits."""
     P = p * CRITICAL_U
-    g = (f - 1.0) * (f + 1.0)
-    a = _inverse_internal(f, p)
+    a = inverse_internal(f, p)
     end = (g - p * a) / (1.0 + p * a)
     # y - 1 without cancellation: just below sqrt(m) Ec, the interval is short and D vanishes all along.
     root0 = np.sqrt(1.0 + start)

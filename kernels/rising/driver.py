@@ -143,7 +143,7 @@ def begin(w, i):
     w[PREVIOUS, i] = 1.0
 
 
-def _make_judge(method: AreaMethod) -> Callable[..., Any]:
+def make_judge(method: AreaMethod) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
     error = method.error
     root = method.root
@@ -206,7 +206,7 @@ def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Ca
     infinite, or BUDGET_SPENT; ``reached`` (REACHED, cells) says where.
     """
     attempt = method.attempt
-    judge = _make_judge(method)
+    judge = make_judge(method)
     last, rows, share, late_start = method.last, method.rows, method.share, method.late_start
 
     @device

@@ -36,6 +36,7 @@ KERNEL_RANKS = (
     {"rising", "loading"},
     {"solvers"},
     {"build"},
+    {"product"},
 )
 
 
