@@ -23,7 +23,8 @@ from ..programs import Program
 from ..sweeps.chunks import Index
 from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
-from ..sweeps.solve import KERNELS, solve
+from ..sweeps.product import Product, product_of
+from ..sweeps.solve import KERNELS, forget_product, solve
 from .checkpoints import Arrays
 
 ENGINES = ("threads", "dask")
@@ -57,6 +58,8 @@ class Task(NamedTuple):
         What the maps are rounded to in the end.
     code : str
         `CODE` of the process that asks: its provenance is that of the results.
+    product : Product or None
+        What the part is of a product grid, if `choice` is shared.
     strength : callable or None
         The true field at which the film breaks down, over the relaxed critical field; None where it is not known.
     """
@@ -68,6 +71,7 @@ class Task(NamedTuple):
     variables: tuple[str, ...]
     dtype: str
     code: str
+    product: Product | None = None
     strength: StrengthOf | None = None
 
 
@@ -79,7 +83,8 @@ def task_of(grid: Grid, index: Index, choice: Choice, variables: tuple[str, ...]
         name: view[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in view.strides)]
         for name, view in views.items()
     }
-    return Task(grid.program, compact, shape, choice, variables, dtype, CODE)
+    product = product_of(grid.program, grid.parameters, index) if choice.shared else None
+    return Task(grid.program, compact, shape, choice, variables, dtype, CODE, product)
 
 
 def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads: int | None = None) -> Arrays:
@@ -89,7 +94,7 @@ def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads
     use: dict[str, Any] = {"on_cells": on_cells, "threads": threads}
     found: dict[str, NDArray[Any]]
     if task.strength is None:
-        found = solve(task.program, parameters, task.choice, **use).by_name()
+        found = solve(task.program, parameters, task.choice, product=task.product, **use).by_name()
     else:
         found = solve_with_limits(task.program, parameters, task.choice, task.strength, **use)
     kinds = {name: np.int8 if name in FLAGGED else np.dtype(task.dtype) for name in task.variables}
@@ -156,7 +161,8 @@ class Threads:
         return Later(partial(compute, task, self._on_cells))
 
     def close(self) -> None:
-        """Nothing is left to be closed."""
+        """Free what parts had in common."""
+        forget_product()
 
 
 class Dask:

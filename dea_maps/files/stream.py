@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from ..atomic import move_into_place, naming
 from ..limits.breakdown import rtol_of, solve_with_limits, with_limits
@@ -22,11 +23,13 @@ from ..materials.si_units import in_si
 from ..materials.strength import StrengthOf
 from ..materials.toml import PowerLaw
 from ..nomenclature import BREAKDOWN, FLAGGED
+from ..programs import shape_of
 from ..sweeps.chunks import Cut, cut
 from ..sweeps.dataset import LIMIT_BYTES, cell_bytes, make_dataset, provenance_of, reduced
 from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
-from ..sweeps.solve import KERNELS, Solution, default_threads, solve
+from ..sweeps.product import product_of
+from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, solve
 from .checkpoints import WHOLE, Arrays, Parts, folder_of, locked_parts
 from .engines import Dask, Pending, Task, Threads, task_of
 from .writer import MapFile
@@ -41,6 +44,8 @@ PART_CELLS = 500_000
 CHUNK_CELLS = 65_536
 # Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
 SAMPLE, SAMPLE_LIMITED = 2000, 100
+# Rates and modulus ratios of a product grid; of fields as many as of cells.
+SAMPLE_SHARING = 10
 # Parts in memory at once: being computed, converted, saved, written, and waiting for that.
 PARTS_IN_MEMORY = 8
 # Saves and writes that may wait for the disk before the computing does.
@@ -67,6 +72,9 @@ class Plan:
         Of the grid: within the file, and for computing.
     film : tuple of Material and float, or None
         The material and the thickness whose volts and seconds are added.
+    divided : bool
+        Whether each part of a product grid is computed as a grid of its own: with the same results, but what it has in
+        common with other parts is computed again.
     """
 
     path: Path
@@ -77,6 +85,7 @@ class Plan:
     chunks: Cut
     parts: Cut
     film: Film | None
+    divided: bool = False
 
     @property
     def strength(self) -> StrengthOf | None:
@@ -117,6 +126,8 @@ class Plan:
     def task(self, number: int) -> Task:
         """Return a part as something to be computed."""
         task = task_of(self.grid, self.parts.index(number), self.choice, self.variables, self.dtype)
+        if self.divided and task.product is not None:
+            task = task._replace(product=task.product.alone())
         return task if self.strength is None else task._replace(strength=self.strength)
 
     def cells(self, number: int) -> int:
@@ -162,7 +173,9 @@ def make_plan(
         bytes_of_cell += 2 * LIMIT_BYTES
         part_cells = min(part_cells, math.prod(chunks.part_shape))
     most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * bytes_of_cell)))
-    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film)
+    product = product_of(grid.program, grid.parameters) if choice.shared else None
+    divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
+    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film, divided)
 
 
 def finished_parts(plan: Plan) -> list[int]:
@@ -172,10 +185,8 @@ def finished_parts(plan: Plan) -> list[int]:
 
 def estimated_seconds(plan: Plan) -> tuple[float, float]:
     """Return how long this machine computes all cells, and how long it takes to start, from cells of the grid."""
-    number = SAMPLE if plan.strength is None else SAMPLE_LIMITED
-    some = np.random.default_rng(0).integers(plan.grid.cells, size=number)
-    index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
-    sample = {name: np.array(array[index], ndmin=1) for name, array in plan.grid.parameters.items()}
+    sample = _sample(plan)
+    number = sample["modulus_ratio"].size
     seconds = []
     for _ in range(2):  # the first time also compiles, or reads the machine code
         start = time.perf_counter()
@@ -188,9 +199,22 @@ def estimated_seconds(plan: Plan) -> tuple[float, float]:
     return min(seconds) / number * plan.grid.cells / threads, seconds[0] - min(seconds)
 
 
-def stream(
-    plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]
-) -> None:
+def _sample(plan: Plan) -> dict[str, NDArray[np.float64]]:
+    """Return some cells of the grid; of a product grid, the product of some values."""
+    parameters = plan.grid.parameters
+    shape = shape_of(plan.grid.program)
+    if plan.choice.shared and plan.strength is None and shape is not None:
+        strides = parameters[str(shape.field)].strides
+        most = [SAMPLE if stride else SAMPLE_SHARING for stride in strides]
+        thin = tuple(slice(None, None, -(-size // few)) for size, few in zip(plan.grid.shape, most, strict=True))
+        return {name: array[thin] for name, array in parameters.items()}
+    number = SAMPLE if plan.strength is None else SAMPLE_LIMITED
+    some = np.random.default_rng(0).integers(plan.grid.cells, size=number)
+    index = np.unravel_index(some, plan.grid.shape) if plan.grid.shape else ()
+    return {name: np.array(array[index], ndmin=1) for name, array in parameters.items()}
+
+
+def stream(plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]) -> None:
     """Compute what is not there yet of a sweep, and put the whole into its file.
 
     Parameters

@@ -18,6 +18,7 @@ from ..sweeps.dataset import with_maps
 from ..sweeps.grid import make_grid
 from ..sweeps.loading import field_at, loading_time
 from ..sweeps.methods import LARGEST_RTOL, Choice
+from ..sweeps.product import product_of
 from ..sweeps.solve import SURVIVES, UNRESOLVED, solve, solve_auto, trace
 from .answers import (
     ANSWERED,
@@ -197,7 +198,8 @@ def solve_with_limits(
     found: list[dict[str, Any]] = []
     for number in range(blocks.count):
         cells = {name: np.atleast_1d(values[blocks.index(number)]).ravel() for name, values in parameters.items()}
-        solution = solve(program, cells, choice, threads=threads)
+        product = product_of(program, parameters, blocks.index(number)) if choice.shared else None
+        solution = solve(program, cells, choice, product=product, threads=threads)
         maps: dict[str, Any] = solution.by_name()
         found.append(maps | _limited(program, cells, solution.time_to_failure, strength, tight))
         if on_cells is not None:

@@ -44,7 +44,8 @@ def provenance_of(choice: Choice) -> dict[str, str | float]:
     """Return how a sweep is computed, as global attributes of its data set."""
     given = {"rtol": choice.rtol, "step": choice.step}
     accuracy = {name: value for name, value in given.items() if value is not None}
-    return {"method": choice.method, "formulation": choice.formulation, **accuracy}
+    sharing = {"sharing": "product grid"} if choice.shared else {}
+    return {"method": choice.method, "formulation": choice.formulation, **accuracy, **sharing}
 
 
 def make_dataset(grid: Grid, solution: "Solution", provenance: Mapping[str, str | float]) -> xr.Dataset:

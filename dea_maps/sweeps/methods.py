@@ -59,13 +59,18 @@ class Method:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a sweep is computed with: one of ``rtol`` and ``step`` is a number; whether the films carry a dead load."""
+    """What a sweep is computed with.
+
+    One of ``rtol`` and ``step`` is a number; whether the films carry a dead load; whether what cells have in common is
+    integrated once for them all, see `dea_maps.sweeps.run.planned`.
+    """
 
     method: str
     formulation: str
     rtol: float | None
     step: float | None
     dead_load: bool = False
+    shared: bool = False
 
 
 TIME = "time"
@@ -201,7 +206,7 @@ def choose(
     --------
     >>> from dea_maps.programs import Ramp
     >>> choose(Ramp(), "rk4", "auto", 1e-6, 0.01)
-    Choice(method='rk4', formulation='fold', rtol=None, step=0.01, dead_load=False)
+    Choice(method='rk4', formulation='fold', rtol=None, step=0.01, dead_load=False, shared=False)
     """
     _check_number("rtol", rtol)
     if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:

@@ -1,6 +1,7 @@
 """Sweeps in memory: every cell of a grid solved."""
 
 import os
+from dataclasses import replace
 from typing import NoReturn
 
 import xarray as xr
@@ -14,7 +15,8 @@ from .grid import Grid, make_grid
 from .loading import loading_time
 from .methods import Choice, choose
 from .parameters import ParameterLike
-from .solve import Solution, solve
+from .product import product_of
+from .solve import Solution, sharing_pays, solve
 
 
 def planned(
@@ -37,6 +39,8 @@ def planned(
     -------
     grid : Grid
     choice : Choice
+        Shared if method and formulation are left to "auto", the sweep is a product grid, see
+        `dea_maps.sweeps.product.product_of`, and `dea_maps.sweeps.solve.sharing_pays`.
 
     Raises
     ------
@@ -55,6 +59,9 @@ def planned(
         raise ValueError(f"the repeated pieces of the program {program.name!r} must take time; got a duration of 0")
     dead_load = not {"prestretch", "stress"}.isdisjoint(grid.parameters)
     choice = choose(program, method, formulation, rtol, step, dead_load)
+    if method == formulation == "auto" and grid.cells:
+        product = product_of(program, grid.parameters)
+        choice = replace(choice, shared=product is not None and sharing_pays(product, rtol))
     for name, kind in program.kinds.items() if grid.cells else ():
         if kind == "field":
             scale = float(grid.coords["modulus_ratio"].max()) ** 0.5

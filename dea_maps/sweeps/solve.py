@@ -1,7 +1,7 @@
 """The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from typing import Any, NamedTuple
 
@@ -14,6 +14,7 @@ from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
 from ..kernels.loading import build as loading
 from ..kernels.loading import results as loading_rows
+from ..kernels.product import grid as product_grid
 from ..nomenclature import VARIABLES
 from ..notices import notice
 from ..pieces import Argument
@@ -22,6 +23,7 @@ from .chunks import cut
 from .dead_load import film_of
 from .loading import SINE, arrays_of, table_of
 from .methods import TIME, Choice, choose
+from .product import Product, product_of
 
 SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
 
@@ -30,6 +32,8 @@ KERNELS = FINGERPRINT
 
 # Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
 CHUNK = 4096
+# The same of a product grid, of which a cell takes some tens of nanoseconds.
+PRODUCT_CHUNK = 65_536
 # Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
 ATTEMPTS = 1_000_000
 # The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
@@ -43,6 +47,7 @@ RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
 COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
+COMPILE_SECONDS_OF_PRODUCTS = 40
 
 _OUTCOMES = np.full(16, UNRESOLVED, np.int8)
 _OUTCOMES[lane_state.SURVIVES] = SURVIVES
@@ -83,6 +88,7 @@ def solve(
     parameters: Parameters,
     choice: Choice,
     *,
+    product: Product | None = None,
     on_cells: Callable[[int], object] | None = None,
     threads: int | None = None,
 ) -> Solution:
@@ -96,6 +102,9 @@ def solve(
         Its parameters and ``modulus_ratio``, valid, all of one shape; zero-stride views are not copied.
     choice : Choice
         Method, formulation and accuracy.
+    product : Product, optional
+        What the cells are of a product grid, if `choice` is shared; what they have in common is then kept for the next
+        part of the same grid. By default the grid is taken for a whole one.
     on_cells : callable, optional
         Called, in the calling thread, with the number of cells finished since its last call.
     threads : int, optional
@@ -110,25 +119,108 @@ def solve(
     cells = parameters["modulus_ratio"].size
     outcome = np.empty(cells, np.int8)
     rows, kernel, arguments = _kernel(program, choice)
-    _prepare(kernel, program.name, COMPILE_SECONDS[choice.method])
     result = np.empty((rows, cells))
-    parts = cut(shape, CHUNK)
+    own = (product or product_of(program, parameters)) if choice.shared else None
+    if own is not None:
+        _prepare(_product_kernels(kernel), program.name, COMPILE_SECONDS_OF_PRODUCTS)
+        _solve_product(own, choice, product is not None, outcome, result, on_cells, threads)
+    else:
+        _prepare((kernel,), program.name, COMPILE_SECONDS[choice.method])
+        parts = cut(shape, CHUNK)
 
-    def compute(number: int) -> int:
-        part = parts.cells(number)
-        given = {name: np.atleast_1d(values[parts.index(number)]).flatten() for name, values in parameters.items()}
-        status = np.empty(part.stop - part.start, np.int8)
-        kernel(*arguments(given), status, result[:, part])
-        outcome[part] = _OUTCOMES[status]
-        return status.size
+        def compute(number: int) -> int:
+            part = parts.cells(number)
+            given = {name: np.atleast_1d(values[parts.index(number)]).flatten() for name, values in parameters.items()}
+            status = np.empty(part.stop - part.start, np.int8)
+            kernel(*arguments(given), status, result[:, part])
+            outcome[part] = _OUTCOMES[status]
+            return status.size
 
-    _in_threads(compute, range(parts.count), on_cells, threads)
+        _in_threads(compute, range(parts.count), on_cells, threads)
     found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
     if found.largest_stretch is None:  # under a field that only rises, the largest stretch is the last one
         found = found._replace(
             largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
         )
     return found._replace(**{name: None for name in VARIABLES if name not in program.results})
+
+
+def sharing_pays(product: Product, rtol: float) -> bool:
+    """Return whether a grid has so many fields, at this accuracy, that series over the field cost less than cells."""
+    return product_grid.pays(product.fields, rtol)
+
+
+def product_bytes(product: Product, rtol: float) -> int:
+    """Return about how much memory takes what the cells of a whole product grid have in common."""
+    return product_grid.table_bytes(product.dims, [axis.size for axis in product.axes], rtol)
+
+
+def _product_kernels(single: Kernel) -> tuple[Kernel, ...]:
+    return single, *product_grid.kernels()
+
+
+class _Last:
+    """The product grid of which a part was computed last."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._known: tuple[Any, product_grid.ProductGrid] | None = None
+
+    def get(self, key: Any, make: Callable[[], product_grid.ProductGrid]) -> product_grid.ProductGrid:
+        """Return the grid of a key, made once."""
+        with self._lock:
+            if self._known is None or self._known[0] != key:
+                self._known = None
+                self._known = key, make()
+            return self._known[1]
+
+    def forget(self) -> None:
+        """Free its memory."""
+        with self._lock:
+            self._known = None
+
+
+_LAST = _Last()
+forget_product = _LAST.forget
+
+
+def _solve_product(
+    product: Product,
+    choice: Choice,
+    keep: bool,
+    outcome: NDArray[np.int8],
+    result: NDArray[np.float64],
+    on_cells: Callable[[int], object] | None,
+    threads: int | None,
+) -> None:
+    """Fill in outcomes and results of a part of a product grid, (cells,) and (rows, cells)."""
+    rtol = choice.rtol
+    assert rtol is not None  # a method of fixed step is never shared
+
+    def make() -> product_grid.ProductGrid:
+        def each(work: Callable[[int], int], numbers: range) -> None:
+            _in_threads(work, numbers, threads=threads)
+
+        return product_grid.ProductGrid(product.dims, product.axes, rtol, ATTEMPTS, each)
+
+    key = (product.dims, rtol, *(axis.tobytes() for axis in product.axes))
+    grid = _LAST.get(key, make) if keep else make()
+    parts = cut(product.shape, PRODUCT_CHUNK)
+
+    def compute(number: int) -> int:
+        cells, index = parts.cells(number), parts.index(number)
+        part = []
+        for k, own in enumerate(product.part):
+            inner = index[k] if k < len(index) else slice(0, own.stop - own.start)
+            first, end = (inner.start, inner.stop) if isinstance(inner, slice) else (inner, inner + 1)
+            part.append(slice(own.start + first, own.start + end))
+        shape = tuple(own.stop - own.start for own in part)
+        status = np.empty(shape, np.int8)
+        grid.evaluate(part, status, [row[cells].reshape(shape) for row in result])
+        outcome[cells] = _OUTCOMES[status.ravel()]
+        return status.size
+
+    _in_threads(compute, range(parts.count), on_cells, threads)
 
 
 def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
@@ -160,14 +252,16 @@ def _column(argument: Argument | None, given: Parameters) -> NDArray[np.float64]
 def compiles(program: Program, choice: Choice) -> bool:
     """Return whether the next sweep of a program would first compile: its machine code is not there yet."""
     _, kernel, _ = _kernel(program, choice)
-    return kernel.needs_compiling()
+    kernels = _product_kernels(kernel) if choice.shared else (kernel,)
+    return any(kernel.needs_compiling() for kernel in kernels)
 
 
-def _prepare(kernel: Kernel, what: str, seconds: int) -> None:
-    """Compile a kernel if need be, and say so before; in the calling thread, where Ctrl-C ends it."""
-    if kernel.needs_compiling():
+def _prepare(kernels: Collection[Kernel], what: str, seconds: int) -> None:
+    """Compile kernels if need be, and say so before; in the calling thread, where Ctrl-C ends it."""
+    if any(kernel.needs_compiling() for kernel in kernels):
         notice(f"compiling for {what}, once, some {seconds} s")
-    kernel.prepare()
+    for kernel in kernels:
+        kernel.prepare()
 
 
 def solve_auto(program: Program, parameters: Parameters, rtol: float) -> Solution:
@@ -206,7 +300,7 @@ def trace(
         _trace_general(program, parameters, times, rtol, stretch, internal)
         return stretch.reshape(shape), internal.reshape(shape)
     kernel = build.trajectory(rising.name)
-    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
+    _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     ends = solve_auto(program, parameters, rtol)
     lifetimes = np.nan_to_num(ends.time_to_failure)
     fields, rates = (_column(argument, parameters) for argument in (rising.field, rising.rate))
@@ -262,7 +356,7 @@ def _trace_general(
     """Fill in the stretches of films under any program and dead load, (cells, times), as `trace` returns them."""
     table = table_of(program)
     kernel = loading.trajectory(bool((table.kind == SINE).any()), _loaded(parameters))
-    _prepare(kernel, f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
+    _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     shape = parameters["modulus_ratio"].shape
     per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
 

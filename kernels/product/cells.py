@@ -155,7 +155,8 @@ def make_cells() -> Kernel:
     The two tables are flat; block b of the series numbered k begins at ``offset[k, b]`` and has ``terms[k, b]`` terms;
     the blocks of what the fields say all have the same size. ``of_series`` and ``of_hold`` (first, second) number them
     for the cells of the first two dimensions. Cells ``start`` to ``stop`` of the last dimension are written to
-    ``status``, int8, and ``time, stretch, internal, field, final``, all (first, second, stop - start). Returns how many are left to the solver of a single cell: their status is RUNNING.
+    ``status``, int8, and ``time, stretch, internal, field, final``, all (first, second, stop - start). Returns how many
+    are left to the solver of a single cell: their status is RUNNING.
     """
     lanes = LANES
 

@@ -26,6 +26,9 @@ SMALLEST_RTOL = 1e-10
 # Fields from which on a series for them all costs less than their cells one by one (studies/throughput).
 FEWEST_FIELDS = 16
 
+# Terms of a series for each digit of the results, seldom exceeded.
+TERMS_OF_DIGIT = 4.5
+
 Work = Callable[[int], int]
 Each = Callable[[Work, range], object]
 Floats = NDArray[np.float64]
@@ -51,6 +54,15 @@ class _Table(NamedTuple):
     offset: NDArray[np.int64]
     terms: NDArray[np.int64]
     width: int
+
+
+def table_bytes(dims: Sequence[str], shape: Sequence[int], rtol: float) -> int:
+    """Estimate the memory of the tables of a product grid, ``dims`` of lengths ``shape``, at an accuracy."""
+    last = dims[max(range(3), key=lambda k: (shape[k] > 1, k))]
+    sizes = dict(zip(dims, shape, strict=True))
+    sizes[last] = -(-sizes[last] // LANES) * LANES
+    terms = series.HEAD + TERMS_OF_DIGIT * -np.log10(rtol)
+    return int(8 * sizes["modulus_ratio"] * (sizes["rate"] * terms + sizes["field"] * holds.ROWS))
 
 
 class Kernels(NamedTuple):
@@ -98,7 +110,13 @@ def _make_series_table(rate: Floats, modulus_ratio: Floats, width: int, rtol: fl
     each(work, range(len(starts)))
     sizes = (series.HEAD + terms.ravel()) * width
     offset = np.cumsum(sizes) - sizes
-    return _Table(np.concatenate(pieces), offset.reshape(outer, blocks), terms, width)
+    table = np.empty(sizes.sum())
+    end = 0
+    for number, piece in enumerate(pieces):  # one after the other is freed: never two tables in memory
+        table[end : end + piece.size] = piece
+        end += piece.size
+        pieces[number] = np.empty(0)
+    return _Table(table, offset.reshape(outer, blocks), terms, width)
 
 
 def _make_hold_table(field: Floats, modulus_ratio: Floats, width: int) -> Floats:
