@@ -82,7 +82,8 @@ def sweep_to_netcdf(
         Address of the cluster, as ``"tcp://host:8786"``; by default one on this machine.
     memory : int or str, optional
         Bytes that may be used beside those of the interpreter and the parameters, as ``2**30`` or ``"1GiB"``, which is
-        the default; at least 16 MiB.
+        the default; at least 16 MiB. Where what the cells of a product grid share, some 0.3 kB for each pair of rate
+        and modulus ratio, needs more than half of it, every part computes its own, which takes longer.
     fresh : bool
         Whether to begin anew even where finished parts are there.
     material, thickness : Material and float, optional

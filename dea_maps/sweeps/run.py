@@ -102,7 +102,8 @@ def sweep(
     rtol : float
         Relative error allowed in time to failure, critical stretch and critical field, from 1e-12 to 1e-3.
     method, formulation : str
-        Names from `dea_maps.methods`; "auto" takes the fastest for the scene at this `rtol`.
+        Names from `dea_maps.methods`; "auto" takes the fastest for the scene at this `rtol`. Cells of a product grid of
+        many fields under a ramp and a hold then share integrations; the attribute ``sharing`` says so.
     step : float, optional
         Step of a method with fixed steps, in the formulation's independent variable; `rtol` is then not used.
     progress : bool

@@ -1,4 +1,4 @@
-"""Product grids, whose cells share integrations: as accurate as cells one by one, the same bits in memory and in files."""
+"""Product grids, whose cells share integrations: as accurate as one by one, the same bits in memory and in files."""
 
 import numba
 import numpy as np
@@ -7,7 +7,9 @@ import xarray as xr
 
 import dea_maps as dm
 from dea_maps.files import stream
+from dea_maps.files.to_netcdf import planned_file
 from dea_maps.sweeps import solve
+from dea_maps.sweeps.product import Product
 from dea_maps.sweeps.run import planned
 
 AXES = {
@@ -67,6 +69,26 @@ def test_a_file_whose_parts_are_grids_of_their_own_holds_the_same_bits(whole, ce
     monkeypatch.setattr(stream, "product_bytes", lambda product, rtol: 2**40)
     dm.sweep_to_netcdf(tmp_path / "map.nc", dm.RampHold(), **AXES)
     xr.testing.assert_identical(xr.load_dataset(tmp_path / "map.nc"), whole)
+
+
+@pytest.mark.parametrize(("memory", "divided"), [(2**24, True), (2**30, False)])
+def test_parts_are_grids_of_their_own_where_memory_is_short(memory, divided, tmp_path):
+    axes = {"field": AXES["field"], "rate": np.geomspace(1e-3, 1e3, 200), "modulus_ratio": np.linspace(1.5, 10.0, 400)}
+    plan = planned_file(tmp_path / "map.nc", dm.RampHold(), **axes, memory=memory)
+    assert plan.divided == divided
+    product = plan.task(3).product
+    assert (product.axes[0].size == AXES["field"].size) == (not divided)
+    np.testing.assert_array_equal(product.axes[0][product.part[0]], AXES["field"][plan.parts.index(3)[0]])
+
+
+@pytest.mark.parametrize(("rtol", "sizes"), [(1e-3, (20, 40, 5)), (1e-6, (40, 1, 64)), (1e-10, (30, 24, 16))])
+def test_the_memory_of_what_is_shared_is_known_beforehand(rtol, sizes):
+    axes = [np.linspace(1.05, 2.4, sizes[0]), np.geomspace(1e-3, 1e3, sizes[1]), np.linspace(1.5, 10.0, sizes[2])]
+    dims = ("field", "rate", "modulus_ratio")
+    product = Product(dims, tuple(axes), tuple(slice(0, size) for size in sizes))
+    grid = solve.product_grid.ProductGrid(dims, axes, rtol, 1)
+    needed = grid._series.data.nbytes + grid._hold.nbytes
+    assert 0.5 * needed < solve.product_bytes(product, rtol) < 2.0 * needed
 
 
 def test_parts_of_one_grid_are_computed_from_the_same_tables(monkeypatch, tmp_path):
