@@ -60,6 +60,15 @@ def test_a_worker_that_dies_is_replaced(cluster, tmp_path, monkeypatch):
     xr.testing.assert_identical(xr.load_dataset(path), dm.sweep(dm.RampHold(), **CUBE))
 
 
+def test_workers_share_what_cells_of_a_product_grid_have_in_common(cluster, tmp_path):
+    path = tmp_path / "map.nc"
+    many = {**CUBE, "field": np.linspace(0.9, 2.2, 24)}
+    dm.sweep_to_netcdf(path, dm.RampHold(), **many, engine="dask", scheduler=cluster.scheduler_address)
+    found = xr.load_dataset(path)
+    assert found.attrs["sharing"] == "product grid"
+    xr.testing.assert_identical(found, dm.sweep(dm.RampHold(), **many))
+
+
 def test_workers_find_the_breakdown_too(cluster, tmp_path):
     film = dm.Material(87.8e3, 22.8e3, 200.0, 4.7, breakdown_strength=PowerLaw(30e6, 1.0))
     arguments = {"field": [0.9, 1.3, 1.7, 2.1], "rate": [0.1, 10.0], "modulus_ratio": 4.0, "material": film}
