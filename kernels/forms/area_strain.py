@@ -30,7 +30,7 @@ DIFFERENCE_STEP = 1e-5
 
 @device
 def excess_and_flow(v, y, p):
-    """Load over e_C, the largest one of a relaxed film, with ``e - e_C`` accurate relative to itself near it.
+    """Load in excess of e_C, the largest one of a relaxed film, with ``e - e_C`` accurate relative to itself near it.
 
     With u* = 4**(-1/3) and d = u - u*, ``u - u**4 = e_C - d**2 (u**2 + 2 u u* + 3 u***2)``. A film that hardly relaxes
     fails within p of e_C, and whether it reaches a given field is decided there.
@@ -87,7 +87,7 @@ def event(v, y, rate_of_y, p, speed):
     Returns
     -------
     e - e_C, D, dD/dv, K : float
-        Load over e_C, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
+        Load in excess of e_C, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
     """
     excess, h, u, d = excess_and_flow(v, y, p)
     z = 1.0 - y

@@ -1,7 +1,7 @@
 """Step-size control of a climb: accept or reject an attempt, carry its error along, propose the next step.
 
-Proportional-integral control (Gustafsson 1991) as in `runge_kutta/control.py`, with roots instead of powers, which do not
-vectorise: with powers a ramp takes 61 % longer (measured: dop853, rtol 1e-6, 4096 random ramps, processor time).
+Proportional-integral control (Gustafsson 1991) as in `runge_kutta/control.py`, with roots instead of powers, which do
+not vectorise: with powers a ramp takes 61 % longer (measured: dop853, rtol 1e-6, 4096 random ramps, processor time).
 """
 
 from collections.abc import Callable

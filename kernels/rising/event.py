@@ -3,7 +3,7 @@
 The right-hand side of `forms/area_strain.py` is regular on both sides of either event, so a landing is a step or two
 of signed length, aimed by the derivatives known where the lane is. Repeating the step with other lengths, as
 `runge_kutta/event.py` does for any formulation, takes 25 attempts a cell where a whole climb takes 7, landing included:
-350 % more (measured: dop853, rtol 1e-6, random ramps).
+some 350 % more (measured: dop853, rtol 1e-6, random ramps).
 """
 
 import math
