@@ -40,7 +40,7 @@ LAST = 12
 LAST_BUT_ONE = 13
 TIME = 14
 BEFORE = 15  # time before that of the integral
-ERROR = 16  # estimated error of the time, over the whole of it
+ERROR = 16  # estimated error of the time, relative to the whole time
 FOUND = 17  # the time, where it is as accurate as asked
 RATIO = 18  # less 1
 ACROSS = 19
@@ -57,7 +57,7 @@ EPSILON = 2.0**-52
 
 @device
 def start_of_step(f, p):
-    """Relative height of U over 1 right after a sudden field, xi = 1; accurate relative to itself."""
+    """Relative excess of U over 1 right after a sudden field, xi = 1; accurate relative to itself."""
     return relative_u(instant_gap(f, 1.0 + p) / (1.0 + p))
 
 
@@ -70,7 +70,7 @@ def _powers(f, p):
 
 @device
 def start_of_hold(f, p, r):
-    """Relative height of U over 1 in equilibrium with the field f at an internal stretch sqrt(r).
+    """Relative excess of U over 1 in equilibrium with the field f at an internal stretch sqrt(r).
 
     The margin g = 1 - e/e_c(xi) comes from ``(1 - g)**3 = f**6 B/A**4``, the difference divided by p beforehand.
     """

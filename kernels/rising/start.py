@@ -52,7 +52,7 @@ LARGEST_FLOW = 2.382
 
 @device
 def slow_manifold_entry(p, rate, damping):
-    """U of the relaxed film from which on an error decays by exp(-damping) before the largest load is reached.
+    """Return u of the relaxed film from which on an error decays by exp(-damping) before the largest load.
 
     Errors relative to the slow manifold decay at the rate ``nu = 6 u q/(q + 3 p u)``, q = -de/du of the relaxed film,
     until its largest load is reached at q = 0. With ``e <= e_C``
