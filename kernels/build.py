@@ -5,7 +5,7 @@ from functools import cache
 from . import lane_state as block
 from . import solvers
 from ._jit import Kernel
-from .forms.formulations import FORMULATIONS
+from .forms import FORMULATIONS
 from .hold import quadrature
 from .programs import PROGRAMS
 from .rising.explicit import make_explicit
@@ -13,7 +13,7 @@ from .rising.radau import RADAU5
 from .runge_kutta.control import fixed, make_pi
 from .runge_kutta.driver import make_solve
 from .runge_kutta.tableaus import TABLEAUS
-from .runge_kutta.trajectory import make_trace
+from .runge_kutta.trajectory import make_trajectory
 from .sweep import LANES, in_blocks, make_sweep
 
 AREA = "area"
@@ -22,9 +22,7 @@ RADAU = "radau5"
 
 
 @cache
-def sweep_for(
-    program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES
-) -> Kernel:
+def sweep_for(program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES) -> Kernel:
     """Compiled sweep of a loading program by a method on a formulation; see `sweep.make_sweep`.
 
     ``adaptive=False`` keeps the step length of a method that could choose its own (to observe its order).
@@ -44,6 +42,6 @@ def sweep_for(
 
 @cache
 def trajectory(program: str) -> Kernel:
-    """Compiled trajectories under a loading program; see `trajectory.make_trace`."""
+    """Compiled trajectories under a loading program; see `trajectory.make_trajectory`."""
     tableau = TABLEAUS["dop853"]
-    return make_trace(PROGRAMS[program], tableau, make_pi(tableau))
+    return make_trajectory(PROGRAMS[program], tableau, make_pi(tableau))

@@ -13,7 +13,7 @@ from scenes import PROGRAMS, Scene
 
 import dea_maps as dm
 from dea_maps.kernels import lane_state, model
-from dea_maps.kernels.forms.formulations import FORMULATIONS
+from dea_maps.kernels.forms import FORMULATIONS
 from dea_maps.kernels.runge_kutta.tableaus import Tableau
 
 COMPLEX_STEP = 1e-30
@@ -59,7 +59,7 @@ def block(path: Path, formulation: str) -> NDArray[np.complex128]:
     w[lane_state.STATE] = path.time
     w[lane_state.STATE + 1] = path.stretch**-2 if regular else path.stretch
     w[lane_state.STATE + 2] = path.internal**2 if regular else path.internal
-    w[lane_state.EXCESS] = path.excess
+    w[lane_state.P] = path.excess
     w[lane_state.FIELD] = path.field
     w[lane_state.SLOPE] = path.rate
     return w

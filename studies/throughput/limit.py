@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from dea_maps.kernels import solvers
 from dea_maps.kernels.build import sweep_for
-from dea_maps.kernels.forms.area_strain import slope
+from dea_maps.kernels.forms.area_strain import rhs
 from dea_maps.kernels.hold import quadrature
 from dea_maps.kernels.lane_state import RUNNING
 from dea_maps.kernels.rising.explicit import make_explicit
@@ -42,7 +42,7 @@ def _slopes(blocks: int) -> float:
     for _ in range(blocks):
         for stage in range(STAGES):
             for i in range(LANES):
-                w[4 + stage, i] = slope(w[0, i] + 1e-3 * stage, w[1, i], w[2, i], w[3, i])
+                w[4 + stage, i] = rhs(w[0, i] + 1e-3 * stage, w[1, i], w[2, i], w[3, i])
         for i in range(LANES):
             w[1, i] += 1e-12 * w[4, i]
     return w.sum()
