@@ -47,8 +47,7 @@ OF_TIME, OF_STATE = range(17, 19)  # estimated errors
 BAD_, GUESS_, NEW_TIME, NEW_CHANGE = range(19, 23)
 LOW, HIGH = range(23, 25)  # extremes of the unknown
 GROWTH_ = 25  # of an error of the time, per change of stiffness
-DRIFT = 26  # errors of r of the steps, across the equilibrium
-TIMES = 27
+TIMES = 26
 CHANGES = TIMES + STAGES + 1
 ROWS = CHANGES + STAGES + 1
 LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
@@ -58,6 +57,8 @@ ATTEMPTS = 200
 TIGHTER = 20.0
 # Step of the difference that gives the growth, over the time left by the tangent of D**2.
 NUDGE = 1e-4
+# Change of r per change of time, at fixed stiffness, beyond which r does not follow from the equilibrium.
+LARGEST_ALONG = 1e8
 # A step this short, over the stiffness at the start, that still leads to Q >= 0: the film turns back.
 SHORTEST = 0.02
 
@@ -96,11 +97,13 @@ def _make_growth(law: Law, waves: Waves, slopes: Callable[..., Any]) -> Callable
         E = field(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
         rate = field_rate(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
         bend, load_of_r, of_r = ends(r, w[P_, i], w[SIGMA_, i], x)
+        # Infinite for an elastic film, whose r has no part in the equilibrium.
         along = 2.0 * CRITICAL_LOAD * E * rate / (load_of_r + d * of_r / bend)
+        change = along if abs(along) < LARGEST_ALONG else 0.0
         bad = w[BAD_, i]
         here, _ = slopes(w, i, t, y, d)
         nudge = NUDGE * here * d + 1e-300
-        beside, _ = slopes(w, i, t + nudge, y + along * nudge, d)
+        beside, _ = slopes(w, i, t + nudge, y + change * nudge, d)
         w[GUESS_, i] = x
         w[BAD_, i] = bad
         return (beside - here) / nudge, along
@@ -161,8 +164,10 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             grown = np.exp(min(0.5 * length * (w[GROWTH_, i] + grows), 100.0))
             late = w[OF_TIME, i] * grown + a * long + EPSILON * t
             w[OF_TIME, i] = late if good else w[OF_TIME, i]
-            w[DRIFT, i] += b * size + EPSILON * abs(r) if good else 0.0
-            w[OF_STATE, i] = abs(along) * late + w[DRIFT, i] if good else w[OF_STATE, i]
+            # The error of r goes with that of the time, or on its own where it has little part in the equilibrium.
+            error = w[OF_STATE, i] * grown
+            error = min(error, abs(along) * late) if abs(along) < LARGEST_ALONG else error
+            w[OF_STATE, i] = error + b * size + EPSILON * abs(r) if good else w[OF_STATE, i]
             w[GROWTH_, i] = grows if good else w[GROWTH_, i]
             w[TIME, i] = t if good else w[TIME, i]
             w[CHANGE, i] = y if good else w[CHANGE, i]
@@ -219,7 +224,6 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         w[CHANGES, i] = -f * d / q
         w[GUESS_, i] = x
         w[GROWTH_, i], _ = growth(w, i, t, y, d)
-        w[DRIFT, i] = 0.0
         w[TRIAL, i] = d
         w[LOW, i] = x
         w[HIGH, i] = x
