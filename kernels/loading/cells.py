@@ -306,7 +306,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
                             notes[TRIED, cell] = 0.0
-                            beside = max(following, start) + 4.0 * noise / -slope + 1e-3 * tolerance * start
+                            beside = max(following, start) + 4.0 * noise / -slope
                             set_out(kept, cell, beside, E, allowed, resolution)
                             state[cell] = READY
                         elif notes[ITERATION, cell] >= ITERATIONS:
@@ -314,7 +314,10 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         else:
                             set_out(kept, cell, max(following, notes[RETURN_R, cell]), E, allowed, resolution)
                             state[cell] = READY
-                    if vain:
+                    if vain and purpose == PROVING:
+                        # There is a fixed point, too close to failure for these errors.
+                        verdict, excess = SURVIVES, 100.0
+                    elif vain:
                         notes[PURPOSE, cell] = CYCLING
                         notes[NEXT_TRIAL, cell] = 2.0 * notes[COMPLETED, cell] + 1.0
                         set_out(kept, cell, notes[RETURN_R, cell], E, allowed, resolution)
@@ -327,7 +330,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         status[cell] = verdict
                         continue
                     # Less accurate than asked: once more, with shorter steps.
-                    allowed = kept[TIGHTNESS, cell] * min(max(3.0 * excess, 10.0), 1e4)
+                    allowed = kept[TIGHTNESS, cell] * (max(3.0 * excess, 10.0) if excess < 3e3 else 1e4)
                     for row in range(RESULTS):
                         result[row, cell] = math.nan
                     if kept[TIGHTNESS, cell] >= LARGEST_TIGHTNESS:
