@@ -55,7 +55,8 @@ from .rows import (
 
 LANES = 16
 SIGNATURE = (
-    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, float64[::1], float64[::1], float64[::1], float64, "
+    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, "
+    "float64[::1], float64[::1], float64[::1], float64, "
     "int8[::1], float64[:, :]"
 )
 
@@ -129,7 +130,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             piece = np.int64(kept[PIECE, cell])
             E, rate = kept[HELD, cell], 0.0
             if piece < kind.size:
-                start, slope, amplitude, frequency, duration = describe(kind, scale, source, columns, piece, cell)
+                start, slope, amplitude, frequency, _ = describe(kind, scale, source, columns, piece, cell)
                 E = field_in(kept[T, cell], start, slope, amplitude, frequency)
                 rate = field_rate(kept[T, cell], start, slope, amplitude, frequency)
             time_error = kept[TIME_ERROR, cell]
@@ -230,7 +231,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             continue
                         excess = kept[DOUBT, cell] / DOUBTFUL
                         if carried:
-                            excess = max(excess, 3.0 * total_error(kept[ERROR, cell], kept[ROUNDING, cell]) / abs(turning - r))
+                            own_error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
+                            excess = max(excess, 3.0 * own_error / abs(turning - r))
                         if carried and (r <= turning or p[cell] == 0.0):
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)

@@ -268,7 +268,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             away = w[SLOPES, i] / w[GROWTH, i]
             remaining = w[DURATION, i] - w[T, i]
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
-            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r) & (-w[GROWTH, i] * remaining > RELAXATIONS)
+            relaxes = -w[GROWTH, i] * remaining > RELAXATIONS
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r) & relaxes
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
             w[GAIN, i] += -remaining if rest else 0.0
