@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-import grids
 import limit
 import numpy as np
 import xarray as xr
+from common.programs import PROGRAMS
 
 WORKER = Path(__file__).with_name("worker.py")
 LIMITED = ("step", "ramp")
@@ -32,9 +32,9 @@ def run(program: str, cells: int, repeats: int, rtols: tuple[float, ...], **envi
 
 def sizes(powers: range, threads: tuple[int, ...]) -> xr.Dataset:
     """Return trajectories per second and memory (program, threads, size)."""
-    shape = (len(grids.PROGRAMS), len(threads), len(powers))
+    shape = (len(PROGRAMS), len(threads), len(powers))
     rates, memory, counts, unresolved = (np.full(shape, np.nan) for _ in range(4))
-    for i, program in enumerate(grids.PROGRAMS):
+    for i, program in enumerate(PROGRAMS):
         for j, number in enumerate(threads):
             for k, power in enumerate(powers):
                 repeats = 5 if power < 6 else 1 + (power == 6)
@@ -52,14 +52,14 @@ def sizes(powers: range, threads: tuple[int, ...]) -> xr.Dataset:
             "cells": (axes, counts, {"long_name": "number of cells", "units": "1"}),
             "unresolved": (axes, unresolved, {"long_name": "number of unresolved cells", "units": "1"}),
         },
-        coords={"program": list(grids.PROGRAMS), "threads": list(threads), "size": [10**power for power in powers]},
+        coords={"program": list(PROGRAMS), "threads": list(threads), "size": [10**power for power in powers]},
     )
 
 
 def accuracies(cells: int, rtols: tuple[float, ...]) -> xr.Dataset:
     """Return trajectories per second (program, rtol) in one thread."""
     rates = []
-    for program in grids.PROGRAMS:
+    for program in PROGRAMS:
         found = run(program, cells, 3, rtols, NUMBA_NUM_THREADS="1")
         rates.append(found["cells"] / np.array(found["seconds"]))
     words = {"long_name": "trajectories per second of dm.sweep, one thread", "units": "s-1"}

@@ -9,13 +9,14 @@ of README.md.
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import measure
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+from common.programs import PROGRAMS
 
 QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
 
@@ -33,7 +34,7 @@ def main() -> None:
         measure.limits(*((2_000, 20, 2_000) if quick else (100_000, 200, 100_000)), rtols),
         measure.sizes(powers, (1, 2)),
         measure.accuracies(10_000 if quick else 1_000_000, rtols),
-        measure.starts(("step",) if quick else tuple(measure.grids.PROGRAMS)),
+        measure.starts(("step",) if quick else tuple(PROGRAMS)),
     ]
     data = xr.merge(parts).sortby("rtol", ascending=False)
     data.attrs["title"] = "Throughput of dea_maps"

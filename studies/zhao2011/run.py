@@ -9,12 +9,12 @@ writes, in out/zhao2011 unless told where, mechanics.png (Figs. 2 and 4), consta
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import numpy as np
 import scenes
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
 
