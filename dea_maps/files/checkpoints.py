@@ -58,7 +58,7 @@ class Parts:
         try:
             with naming(self._path(number)):
                 with temporary.open("wb") as stream:
-                    content = {**arrays, "identity": np.array(self.identity), "number": np.array(number)}
+                    content = {**arrays, "identity": np.array(self.identity), "number": np.int64(number)}
                     np.savez(stream, **content)
                     stream.flush()
                     os.fsync(stream.fileno())
