@@ -2,6 +2,7 @@
 
 import math
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -365,7 +366,7 @@ def test_waveform_of_many_samples():
     count = 100_000
     times = np.linspace(0.0, 20.0, count + 1)
     values = 1.3 * np.sin(2 * np.pi * times / 10.0)
-    pieces = [(LINEAR, (a, "field"), (b, "field"), 20.0 / count) for a, b in zip(values, values[1:], strict=False)]
+    pieces = [(LINEAR, (a, "field"), (b, "field"), 20.0 / count) for a, b in pairwise(values)]
     status, result = sweep(pieces, m=4.0, field=1.0, rtol=1e-6)
     _, sine = sweep([(SINE, 0.0, 1.3, 20.0, 10.0)], m=4.0, field=1.0, rtol=1e-6)
     assert status[0] == FAILED
