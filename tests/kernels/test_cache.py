@@ -27,7 +27,7 @@ compiles_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="no ma
 CALL = """
 import numpy as np
 from numba.core.event import install_recorder
-from dea_maps import solve
+from dea_maps.sweeps import solve
 from dea_maps.sweeps.methods import choose
 from dea_maps.programs import Step
 
@@ -65,7 +65,7 @@ def test_the_next_process_finds_the_code_and_an_edited_source_does_not(package):
 
     # A helper of the kernel, in another file than the one that is compiled: twice the critical stretch. And in the
     # user's cache folder, which is what is taken where nothing else is said.
-    source = package / "dea_maps" / "kernels" / "scenes.py"
+    source = package / "dea_maps" / "kernels" / "solvers.py"
     text = source.read_text()
     edited = text.replace("/ np.sqrt(CRITICAL_U)", "/ (0.5 * np.sqrt(CRITICAL_U))")
     assert edited != text
