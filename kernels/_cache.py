@@ -55,7 +55,8 @@ class MachineCode:
     def _identity(self) -> bytes:
         """What tells a kernel from others of the same sources: its code, and the functions that it was made from."""
         cells = tuple(cell.cell_contents for cell in self._function.__closure__ or ())
-        return dumps((self._function.__code__.co_code, cells))
+        identity: bytes = dumps((self._function.__code__.co_code, cells))
+        return identity
 
     def _path(self, signature: str, target: Any) -> Path:
         """File of the code for some types of arguments, a processor, and the versions of Python and Numba."""
