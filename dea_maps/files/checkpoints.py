@@ -59,8 +59,8 @@ class Parts:
         try:
             with naming(self._path(number)):
                 with temporary.open("wb") as stream:
-                    content: dict[str, Any] = {"identity": np.array(self.identity), "number": np.array(number, np.int64)}
-                    np.savez(stream, **content, **arrays)
+                    content: dict[str, Any] = {**arrays, "identity": self.identity, "number": np.int64(number)}
+                    np.savez(stream, **content)
                     stream.flush()
                     os.fsync(stream.fileno())
                 os.replace(temporary, self._path(number))
