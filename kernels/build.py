@@ -1,5 +1,6 @@
 """(program, formulation, method) -> compiled sweep, composed from plain functions and memoised."""
 
+from dataclasses import replace
 from functools import cache
 
 from . import lane_state as block
@@ -25,7 +26,8 @@ RADAU = "radau5"
 def sweep_for(program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES) -> Kernel:
     """Compiled sweep of a loading program by a method on a formulation; see `sweep.make_sweep`.
 
-    ``adaptive=False`` keeps the step length of a method that could choose its own (to observe its order).
+    ``adaptive=False`` keeps the step length of a method that could choose its own, whatever error it would estimate
+    (to observe its order and its stability).
     """
     chosen = PROGRAMS[program]
     if method == QUADRATURE:  # on the formulation "stretch"
@@ -35,7 +37,9 @@ def sweep_for(program: str, formulation: str, method: str, adaptive: bool = True
         make_solve_area = solvers.make_solve_ramp if program == "ramp" else solvers.make_solve_ramp_hold
         return make_sweep(chosen, make_solve_area(stepper, lanes))
     tableau = TABLEAUS[method]
-    control = make_pi(tableau) if adaptive and tableau.errors else fixed
+    if not adaptive:
+        tableau = replace(tableau, errors=(), error_order=0)
+    control = make_pi(tableau) if tableau.errors else fixed
     solve = make_solve(chosen, FORMULATIONS[formulation], tableau, control)
     return make_sweep(chosen, in_blocks(solve, block.rows(tableau.stages), lanes))
 

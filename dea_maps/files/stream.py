@@ -188,9 +188,7 @@ def estimated_seconds(plan: Plan) -> tuple[float, float]:
     return min(seconds) / number * plan.grid.cells / threads, seconds[0] - min(seconds)
 
 
-def stream(
-    plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]
-) -> None:
+def stream(plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]) -> None:
     """Compute what is not there yet of a sweep, and put the whole into its file.
 
     Parameters

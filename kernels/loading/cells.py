@@ -205,9 +205,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     if result[TIME_TO_FAILURE, cell] == 0.0:
                         verdict = FAILS_AT_ONCE
                         result[CRITICAL_FIELD, cell] = (
-                            np.sqrt(modulus_ratio[cell])
-                            if sigma == 0.0 and r == 1.0
-                            else result[CRITICAL_FIELD, cell]
+                            np.sqrt(modulus_ratio[cell]) if sigma == 0.0 and r == 1.0 else result[CRITICAL_FIELD, cell]
                         )
                     elif repeats != 1:
                         result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]

@@ -201,9 +201,7 @@ def test_elastic_film_under_a_dead_load(prestretch):
     assert result[TIME_TO_FAILURE] == pytest.approx(result[CRITICAL_FIELD] * np.array([0.05, 5.0]), rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("prestretch", "ratio"), [(1.0, 2.0), (1.5, 2.146), (2.0, 1.801), (3.0, 1.410), (4.0, 1.243)]
-)
+@pytest.mark.parametrize(("prestretch", "ratio"), [(1.0, 2.0), (1.5, 2.146), (2.0, 1.801), (3.0, 1.410), (4.0, 1.243)])
 def test_sudden_field_on_a_film_relaxed_under_its_dead_load(prestretch, ratio):
     """Instant over relaxed threshold, m = 4: where failing at once begins, over where surviving ends."""
     load = prestretch - prestretch**-5
@@ -257,9 +255,7 @@ def test_pulse_fails_exactly_if_it_outlasts_the_time_of_the_step(width):
     assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("duty", "peak"), [(0.1, 1.788), (0.25, 1.548), (0.5, 1.28519), (0.75, 1.117), (0.9, 1.042)]
-)
+@pytest.mark.parametrize(("duty", "peak"), [(0.1, 1.788), (0.25, 1.548), (0.5, 1.28519), (0.75, 1.117), (0.9, 1.042)])
 def test_fast_square_waves_fail_where_the_averaged_flow_does(duty, peak):
     period = 1e-2
     near = 10.0 ** -(len(str(peak)) - 2)
