@@ -70,7 +70,7 @@ DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
 ITERATIONS = 12
 # Cycles in all that a cell is taken through one by one.
-CYCLES = 1_000_000
+CYCLES = 100_000
 
 # Rows of what is kept of a cell, beside its passage.
 COMPLETED = 0  # cycles
@@ -128,7 +128,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
             piece = np.int64(kept[PIECE, cell])
             E, rate = kept[HELD, cell], 0.0
             if piece < kind.size:
-                start, slope, amplitude, frequency, duration = describe(kind, scale, source, columns, piece, cell)
+                start, slope, amplitude, frequency, _ = describe(kind, scale, source, columns, piece, cell)
                 E = field_in(kept[T, cell], start, slope, amplitude, frequency)
                 rate = field_rate(kept[T, cell], start, slope, amplitude, frequency)
             time_error = kept[TIME_ERROR, cell]
@@ -139,8 +139,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
         result[CRITICAL_STRETCH, cell] = stretch(x)
         result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(r)
         result[CRITICAL_FIELD, cell] = field
-        result[LARGEST_STRETCH, cell] = stretch(min(notes[LARGEST, cell], min(kept[LEAST, cell], x)))
-        excess = max(time_error / (time + 1e-300), max(field_error, 0.5 * kept[ERROR, cell] / r)) / tolerance
+        result[LARGEST_STRETCH, cell] = stretch(min(notes[LARGEST, cell], kept[LEAST, cell], x))
+        excess = max(time_error / (time + 1e-300), field_error, 0.5 * kept[ERROR, cell] / r) / tolerance
         return max(excess, kept[DOUBT, cell] / DOUBTFUL)
 
     def sweep(
@@ -190,13 +190,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                 failed = state[cell] == FELL or state[cell] == JUMPED
                 excess = 0.0
                 verdict = RUNNING
-                if state[cell] != FELL and state[cell] != JUMPED and state[cell] != ENDED:
-                    status[cell] = BUDGET_SPENT
-                    continue
+                spent = state[cell] != FELL and state[cell] != JUMPED and state[cell] != ENDED
                 E = field_at_end(kind, scale, source, columns, kind.size - 1, cell)
                 purpose = notes[PURPOSE, cell]
                 r = kept[BASE, cell] + kept[Y, cell]
-                if failed and purpose == CYCLING:
+                if spent:
+                    verdict, excess = FAILED, 1e4  # lost beside the instability: once more, with shorter steps
+                elif failed and purpose == CYCLING:
                     excess = write_failure(
                         kind, scale, source, columns, kept, notes, p, dead_load, tolerance, state[cell], cell, result
                     )
@@ -230,7 +230,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                             continue
                         excess = kept[DOUBT, cell] / DOUBTFUL
                         if carried:
-                            excess = max(excess, 3.0 * total_error(kept[ERROR, cell], kept[ROUNDING, cell]) / abs(turning - r))
+                            error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
+                            excess = max(excess, 3.0 * error / abs(turning - r))
                         if carried and (r <= turning or p[cell] == 0.0):
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
@@ -243,6 +244,11 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Callable[..., Any]
                             kept[X, cell] = held
                             kept[STEP, cell] = 0.0
                             state[cell] = READY
+                    elif kept[TIGHTNESS, cell] < LARGEST_TIGHTNESS and (
+                        total_error(kept[ERROR, cell], kept[ROUNDING, cell]) > 2.0 * tolerance * r
+                        or kept[DOUBT, cell] > DOUBTFUL
+                    ):
+                        verdict, excess = FAILED, 10.0  # in vain: errors that are too large have only grown since
                     elif notes[COMPLETED, cell] >= CYCLES:
                         status[cell] = BUDGET_SPENT
                         continue

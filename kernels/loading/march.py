@@ -227,8 +227,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
                 x * (3.0 - 2.0 * share) - v1 * left
             )
             margin = 1.0 + w[RESOLUTION, i]
-            extreme = (between * margin < min(min(x0, x), w[LEAST, i])) | (
-                between > margin * max(max(x0, x), w[MOST, i])
+            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (
+                between > margin * max(x0, x, w[MOST, i])
             )
             extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
             accepted = good & (not missed) & (not extreme)
@@ -268,7 +268,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             away = w[SLOPES, i] / w[GROWTH, i]
             remaining = w[DURATION, i] - w[T, i]
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
-            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r) & (-w[GROWTH, i] * remaining > RELAXATIONS)
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r)
+            rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
             w[GAIN, i] += -remaining if rest else 0.0
@@ -334,7 +335,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
             beyond = instant_gap(E, 1.0 + p) <= 0.0
         else:
             carried = load(r, p, sigma, x)
-            beyond = E >= np.sqrt(carried / CRITICAL_LOAD)
+            beyond = np.sqrt(carried / CRITICAL_LOAD) <= E
             error = total_error(w[ERROR, i], w[ROUNDING, i])
             if error > 0.0:
                 _, load_of_r, _ = ends(r, p, sigma, x)

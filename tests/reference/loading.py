@@ -300,14 +300,13 @@ def threshold(program: str, m: float, prestretch: float, scaled) -> float | None
 def points(program: str) -> Iterator[tuple[str, float, float, tuple[float, ...]]]:
     """Yield kind, modulus ratio, pre-stretch and arguments: beside thresholds and far from them."""
     random = np.random.default_rng([SEED, *program.encode()])
-    fields = {"pulse": 1, "trapezoid": 1, "pulse_train": 1, "triangle_train": 1, "waveform": 1}
     while True:
         m = float(np.exp(random.uniform(math.log(1.2), math.log(40.0))))
         prestretch = 1.0 if random.random() < 0.7 else float(random.uniform(1.05, 3.5))
         times = [float(x) for x in 10 ** random.uniform(-1.3, 1.0, 3)]
         share = float(random.uniform(0.6, 1.0))
 
-        def scaled(factor, program=program, times=times, share=share, count=fields.get(program)):
+        def scaled(factor, times=times, share=share):
             if program == "overdrive":
                 return factor, times[0], share * factor
             if program == "biased_sine":
