@@ -306,7 +306,7 @@ def points(program: str) -> Iterator[tuple[str, float, float, tuple[float, ...]]
         times = [float(x) for x in 10 ** random.uniform(-1.3, 1.0, 3)]
         share = float(random.uniform(0.6, 1.0))
 
-        def scaled(factor, program=program, times=times, share=share):
+        def scaled(factor, times=times, share=share):
             if program == "overdrive":
                 return factor, times[0], share * factor
             if program == "biased_sine":
