@@ -1,4 +1,20 @@
-"""Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a film collapses.
+"""Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a film loses its stability.
+
+The public names; every other module is private::
+
+    Step, Ramp, RampHold, Pulse, Trapezoid, Overdrive         loading programs
+    PulseTrain, TriangleTrain, BiasedSine, Waveform           loading programs that may be repeated
+    Sequence of Hold, Linear, Jump, Sine; Share               programs of one's own, from pieces
+    sweep, sweep_to_netcdf, open                              maps, in memory and in files
+    trajectory, general_trajectory, LoadHistory               films in time, also under unequal stresses
+    methods                                                   how a sweep is computed
+    allowable, allowable_field, allowable_rate                inverse questions
+    reachable_stretch                                         how far a film gets
+    breakdown                                                 electrical breakdown beside the instability
+    Material, VHB, read_material, fit_uniaxial                materials
+    physical, ImplausibleWarning                              volts and seconds, values of the wrong unit
+    design, read_design                                       allowable voltages
+    charts, explore                                           figures, interactive HTML pages
 
 Examples
 --------

@@ -71,8 +71,7 @@ def move_into_place(temporary: Path, target: Path) -> None:
         temporary.chmod(stat.S_IMODE(target.stat().st_mode))
     sync(temporary)
     os.replace(temporary, target)
-    if os.name == "posix":  # a folder cannot be opened elsewhere
-        sync(target.parent)
+    sync(target.parent)
 
 
 @contextmanager
@@ -178,7 +177,10 @@ def replacing(path: PathLike) -> Iterator[Path]:
 
 def sync(path: Path) -> None:
     """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+    windows = os.name == "nt"
+    if windows and path.is_dir():  # there it cannot be opened, and the system keeps its names by a journal
+        return
+    descriptor = os.open(path, os.O_RDWR if windows else os.O_RDONLY)  # Windows asks for the right to write
     try:
         os.fsync(descriptor)
     finally:

@@ -46,9 +46,7 @@ def _columns(text: str, names: tuple[str, ...]) -> dict[str, npt.NDArray[np.floa
     heads = rows[0][1] if rows else []
     for name in names:
         if heads.count(name) != 1:
-            raise ValueError(
-                f"its first line must name the columns {', '.join(names)}, each once; got {brief(heads)}"
-            )
+            raise ValueError(f"its first line must name the columns {', '.join(names)}, each once; got {brief(heads)}")
     columns: dict[str, list[float]] = {name: [] for name in names}
     for number, row in rows[1:]:
         for name, values in columns.items():

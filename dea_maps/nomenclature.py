@@ -121,21 +121,27 @@ PARAMETERS: Mapping[str, Quantity] = MappingProxyType(
             "rate", "ramp rate", r"$k\,\tau/E_c$", "ramp rate, in relaxed critical fields per relaxation time"
         ),
         "overdrive_field": _parameter(
-            "field", "overdrive field", r"$E_o/E_c$",
+            "field",
+            "overdrive field",
+            r"$E_o/E_c$",
             "nominal electric field of the overdrive, normalised by the relaxed critical field",
         ),
         "bias": _parameter(
             "field", "bias", r"$E_b/E_c$", "mean nominal electric field, normalised by the relaxed critical field"
         ),
         "amplitude": _parameter(
-            "field", "amplitude", r"$E_a/E_c$",
+            "field",
+            "amplitude",
+            r"$E_a/E_c$",
             "amplitude of the nominal electric field, normalised by the relaxed critical field",
         ),
         "width": _parameter("time", "width", r"$t_w/\tau$", "duration of the pulse, in relaxation times"),
         "hold_time": _parameter("time", "hold time", r"$t_h/\tau$", "time at constant field, in relaxation times"),
         "fall_rate": _parameter(
-            "rate", "fall rate", r"$k_f\,\tau/E_c$", "rate at which the field falls, in relaxed critical fields per "
-            "relaxation time",
+            "rate",
+            "fall rate",
+            r"$k_f\,\tau/E_c$",
+            "rate at which the field falls, in relaxed critical fields per relaxation time",
         ),
         "overdrive_time": _parameter(
             "time", "overdrive time", r"$t_o/\tau$", "duration of the overdrive, in relaxation times"
@@ -146,11 +152,15 @@ PARAMETERS: Mapping[str, Quantity] = MappingProxyType(
             "ratio", "modulus ratio", r"$\mu_U/\mu_R$", "unrelaxed shear modulus over relaxed shear modulus"
         ),
         "prestretch": _parameter(
-            "ratio", "pre-stretch", r"$\lambda_p$",
+            "ratio",
+            "pre-stretch",
+            r"$\lambda_p$",
             "equibiaxial stretch to which the film relaxed under its dead load before the voltage",
         ),
         "stress": _parameter(
-            "stress", "dead load", r"$s/\mu_R$",
+            "stress",
+            "dead load",
+            r"$s/\mu_R$",
             "equibiaxial nominal stress of the dead load, over the relaxed shear modulus",
         ),
     }
@@ -243,9 +253,7 @@ BREAKDOWN: Mapping[str, Quantity] = MappingProxyType(
         "time_to_breakdown": Quantity(
             "time to breakdown", r"$t/\tau$", "time to electrical breakdown, in relaxation times"
         ),
-        "breakdown_stretch": Quantity(
-            "breakdown stretch", r"$\lambda$", "equibiaxial stretch at electrical breakdown"
-        ),
+        "breakdown_stretch": Quantity("breakdown stretch", r"$\lambda$", "equibiaxial stretch at electrical breakdown"),
         "breakdown_field": Quantity(
             "breakdown field",
             r"$E/E_c$",
@@ -303,12 +311,8 @@ GENERAL: Mapping[str, Quantity] = MappingProxyType(
             r"$\Gamma/\mu_R$",
             "energy dissipated per volume since the loading began, over the relaxed shear modulus",
         ),
-        "critical_stretch_1": Quantity(
-            "critical stretch 1", r"$\lambda_1$", f"stretch in direction 1 {_INSTABILITY}"
-        ),
-        "critical_stretch_2": Quantity(
-            "critical stretch 2", r"$\lambda_2$", f"stretch in direction 2 {_INSTABILITY}"
-        ),
+        "critical_stretch_1": Quantity("critical stretch 1", r"$\lambda_1$", f"stretch in direction 1 {_INSTABILITY}"),
+        "critical_stretch_2": Quantity("critical stretch 2", r"$\lambda_2$", f"stretch in direction 2 {_INSTABILITY}"),
         "critical_internal_stretch_1": Quantity(
             "critical internal stretch 1", r"$\xi_1$", f"stretch of the dashpot in direction 1 {_INSTABILITY}"
         ),
@@ -344,9 +348,29 @@ RESULTS = frozenset(NOMENCLATURE.keys() - PARAMETERS.keys())
 
 RESERVED = frozenset(
     {
-        *RESULTS, "modulus_ratio", "prestretch", "stress", "rtol", "method",
-        "formulation", "step", "progress", "material", "thickness", "program", "path", "variables", "dtype", "engine",
-        "scheduler", "memory", "fresh", "parameter", "lifetime", "cycles", "cycle",
+        *RESULTS,
+        "modulus_ratio",
+        "prestretch",
+        "stress",
+        "rtol",
+        "method",
+        "formulation",
+        "step",
+        "progress",
+        "material",
+        "thickness",
+        "program",
+        "path",
+        "variables",
+        "dtype",
+        "engine",
+        "scheduler",
+        "memory",
+        "fresh",
+        "parameter",
+        "lifetime",
+        "cycles",
+        "cycle",
     }
 )
 """Names that no parameter of a program can have: those of results, and of the arguments of a sweep."""

@@ -7,7 +7,8 @@ import re
 import shutil
 import uuid
 import warnings
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 from pathlib import Path
 from sys import implementation
@@ -15,11 +16,15 @@ from typing import Any
 
 import numba
 import platformdirs
+from filelock import FileLock
 from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 # Versions of the sources whose machine code stays on disk: those used last. A process that finds its own gone compiles.
 KEPT = 4
+
+# Seconds that a process waits for another to compile the same kernel, which takes 5 to 20; then it compiles on its own.
+LONGEST_WAIT = 120.0
 
 _CHECKSUM = hashlib.sha256
 _FOLDER_OF_A_VERSION = re.compile("[0-9a-f]{16}")
@@ -50,7 +55,8 @@ class MachineCode:
     def _identity(self) -> bytes:
         """What tells a kernel from others of the same sources: its code, and the functions that it was made from."""
         cells = tuple(cell.cell_contents for cell in self._function.__closure__ or ())
-        return dumps((self._function.__code__.co_code, cells))
+        identity: bytes = dumps((self._function.__code__.co_code, cells))
+        return identity
 
     def _path(self, signature: str, target: Any) -> Path:
         """File of the code for some types of arguments, a processor, and the versions of Python and Numba."""
@@ -61,6 +67,27 @@ class MachineCode:
     def holds(self, signature: str, target: Any) -> bool:
         """Return whether the code is there, and undamaged."""
         return _read(self._path(signature, target)) is not None
+
+    @contextmanager
+    def one_at_a_time(self, signature: str, target: Any) -> Iterator[None]:
+        """Wait while another process compiles the kernel: it is then there to be loaded.
+
+        Where no lock can be had every process compiles, as it does where nothing can be kept.
+        """
+        lock = None
+        if not self.holds(signature, target):
+            path = self._path(signature, target).with_suffix(".lock")
+            with suppress(OSError, NotImplementedError):  # no right to write, no locks on that file system, a timeout
+                self._folder.mkdir(parents=True, exist_ok=True)
+                lock = FileLock(path)
+                lock.acquire(timeout=LONGEST_WAIT)
+        try:
+            yield
+        finally:
+            if lock is not None and lock.is_locked:
+                with suppress(OSError):  # an open file stays on Windows; those who wait for this one look again
+                    path.unlink()
+                lock.release()
 
     def load_overload(self, signature: str, target: Any) -> CompileResult | None:
         """Return the code, None if it is not there or damaged."""

@@ -83,7 +83,8 @@ class Kernel:
             return
         with self._lock:
             if not self._ready:
-                self._machine.compile(self._signature)
+                with self._machine._cache.one_at_a_time(self._signature, self._machine.targetctx):
+                    self._machine.compile(self._signature)
                 self._machine.disable_compile()
                 self._ready = True
 

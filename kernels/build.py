@@ -1,11 +1,12 @@
 """(program, formulation, method) -> compiled sweep, composed from plain functions and memoised."""
 
+from dataclasses import replace
 from functools import cache
 
 from . import lane_state as block
 from . import solvers
 from ._jit import Kernel
-from .forms.formulations import FORMULATIONS
+from .forms import FORMULATIONS
 from .hold import quadrature
 from .programs import PROGRAMS
 from .rising.explicit import make_explicit
@@ -13,7 +14,7 @@ from .rising.radau import RADAU5
 from .runge_kutta.control import fixed, make_pi
 from .runge_kutta.driver import make_solve
 from .runge_kutta.tableaus import TABLEAUS
-from .runge_kutta.trajectory import make_trace
+from .runge_kutta.trajectory import make_trajectory
 from .sweep import LANES, in_blocks, make_sweep
 
 AREA = "area"
@@ -22,12 +23,11 @@ RADAU = "radau5"
 
 
 @cache
-def sweep_for(
-    program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES
-) -> Kernel:
+def sweep_for(program: str, formulation: str, method: str, adaptive: bool = True, lanes: int = LANES) -> Kernel:
     """Compiled sweep of a loading program by a method on a formulation; see `sweep.make_sweep`.
 
-    ``adaptive=False`` keeps the step length of a method that could choose its own (to observe its order).
+    ``adaptive=False`` keeps the step length of a method that could choose its own, whatever error it would estimate
+    (to observe its order and its stability).
     """
     chosen = PROGRAMS[program]
     if method == QUADRATURE:  # on the formulation "stretch"
@@ -37,13 +37,15 @@ def sweep_for(
         make_solve_area = solvers.make_solve_ramp if program == "ramp" else solvers.make_solve_ramp_hold
         return make_sweep(chosen, make_solve_area(stepper, lanes))
     tableau = TABLEAUS[method]
-    control = make_pi(tableau) if adaptive and tableau.errors else fixed
+    if not adaptive:
+        tableau = replace(tableau, errors=(), error_order=0)
+    control = make_pi(tableau) if tableau.errors else fixed
     solve = make_solve(chosen, FORMULATIONS[formulation], tableau, control)
     return make_sweep(chosen, in_blocks(solve, block.rows(tableau.stages), lanes))
 
 
 @cache
 def trajectory(program: str) -> Kernel:
-    """Compiled trajectories under a loading program; see `trajectory.make_trace`."""
+    """Compiled trajectories under a loading program; see `trajectory.make_trajectory`."""
     tableau = TABLEAUS["dop853"]
-    return make_trace(PROGRAMS[program], tableau, make_pi(tableau))
+    return make_trajectory(PROGRAMS[program], tableau, make_pi(tableau))

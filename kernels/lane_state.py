@@ -1,10 +1,8 @@
-"""The block of lanes: one local array per block, (rows, lanes), that holds everything about its cells.
+"""State of a block of lanes: one local array, (rows, lanes), that holds everything about the cells in them.
 
 One array of known row numbers, rather than one array a quantity, lets the compiler see that nothing overlaps and
 turn the loops over lanes into vector instructions.
 """
-
-from typing import NamedTuple
 
 from ._jit import device
 
@@ -27,8 +25,8 @@ FAILS_AT_ONCE = 8
 STATE = 0  # time and the formulation's two states
 NEW = STATE + STATES  # the same at the end of a trial step
 INPUT = NEW + STATES  # the same at a stage
-EXCESS = INPUT + STATES  # p = modulus ratio - 1
-BEGINNING = EXCESS + 1  # of the piece: time, field, slope of the field, time of its end
+P = INPUT + STATES  # p = modulus ratio - 1
+BEGINNING = P + 1  # of the piece: time, field, slope of the field, time of its end
 FIELD = BEGINNING + 1
 SLOPE = FIELD + 1
 END = SLOPE + 1
@@ -49,14 +47,6 @@ def rows(stages: int) -> int:
     return SLOPES + STATES * (stages + 1)
 
 
-class Controls(NamedTuple):
-    """What a kernel is told besides its cells."""
-
-    tolerance: float
-    step: float
-    attempts: int
-
-
 @device
 def next_cells(status, first, wanted, cells):
     """Numbers of the next cells with a wanted status, from ``first`` on, as many as ``cells`` takes.
@@ -66,7 +56,7 @@ def next_cells(status, first, wanted, cells):
     Returns
     -------
     count, next : int
-        How many there are, and where to go on.
+        How many there are, and the first cell to look at next time.
     """
     count = 0
     while first < status.size and count < cells.size:

@@ -8,7 +8,6 @@ Throughout, ``u = lambda**-2`` (lambda the stretch), ``r = xi**2`` (xi the inter
     dr/dT = 2 h,  h = 1/z - z**2,  z = u r        flow, their (26), time T in relaxation times
 """
 
-
 import numpy as np
 
 from ._jit import device

@@ -1,4 +1,4 @@
-"""Solving no more than the scene needs: a ramp as one scalar equation, a constant field as one integral."""
+"""Solvers of the loading programs: a ramp is one scalar equation, a constant field one integral."""
 
 import math
 from collections.abc import Callable
@@ -35,37 +35,38 @@ def _read_hold(w, i, field, cell, result):
 def solve_step(w, status, given, tolerance, step, attempts, found):
     """Solver of `sweep.in_blocks` for a field applied at once and held."""
     lanes = w.shape[1]
-    rung = np.empty(lanes, np.int64)
+    rule = np.empty(lanes, np.int64)
     for i in range(lanes):
         field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
         quadrature.prepare(w, i, field, p, quadrature.start_of_step(field, p))
         w[quadrature.BEFORE, i] = 0.0
-        rung[i] = quadrature.first_rung(p, tolerance)
-    quadrature.integrate(w, rung, tolerance)
+        rule[i] = quadrature.first_rule(p, tolerance)
+    quadrature.integrate(w, rule, tolerance)
     for i in range(lanes):
         field, p = given[FIELD, i], given[MODULUS_RATIO, i] - 1.0
-        if given[MODULUS_RATIO, i] - field * field < near_instant.WIDEST * p:
+        if given[MODULUS_RATIO, i] - field * field < near_instant.LARGEST_GAP * p:
             gap = instant_gap(field, given[MODULUS_RATIO, i])
-            b, end = near_instant.end_of_life(field, p, gap)
-            w[quadrature.FOUND, i] = near_instant.life(field, p, b, end, quadrature.start_of_step(field, p))
+            b, end = near_instant.state_at_failure(field, p, gap)
+            w[quadrature.FOUND, i] = near_instant.time_to_failure(field, p, b, end, quadrature.start_of_step(field, p))
             w[quadrature.INTERNAL, i] = 1.0 / (1.0 - b)
         status[i] = _read_hold(w, i, given[FIELD, i], i, found)
 
 
 @device
-def _internal(reached, cell, share):
-    """Return r = xi**2 = (1 - y)(1 + v**2) at the event, from the state close to it and a share of dr/dv there."""
+def _square_of_internal(reached, cell, fraction):
+    """Return r = xi**2 = (1 - y)(1 + v**2) at the event, from the state close to it and a fraction of dr/dv there."""
     v, z = reached[lane.REACHED_V, cell], 1.0 - reached[lane.REACHED_Y, cell]
     area = 1.0 + v * v
     change = 2.0 * v * z - reached[lane.REACHED_SLOPE, cell] * area
-    return z * area + share * reached[lane.REACHED_AIM, cell] * change
+    return z * area + fraction * reached[lane.REACHED_AIM, cell] * change
 
 
 @device
 def _read_ramp(reached, cell, rate, p, result):
     """Write what a cell found at the instability on a ramp; returns its status."""
-    r = _internal(reached, cell, 0.5)  # dr/dv vanishes at the instability: half of it acts over the distance left
-    load = CRITICAL_LOAD + reached[lane.REACHED_EXCESS, cell]
+    # dr/dv vanishes at the instability: half of it acts over the distance left.
+    r = _square_of_internal(reached, cell, 0.5)
+    load = CRITICAL_LOAD + reached[lane.REACHED_LOAD_EXCESS, cell]
     field = np.sqrt(load / CRITICAL_LOAD)
     if not field / rate < math.inf:
         return BUDGET_SPENT
@@ -84,7 +85,7 @@ def _without_end(field, modulus_ratio):
 
 @device
 def _up_to_hold(field, modulus_ratio):
-    # No film gets past the field at which it fails at once, so no hold beyond ends its climb.
+    # No film reaches the field at which it fails at once, so a hold beyond that never begins.
     return field if field * field < modulus_ratio else math.inf
 
 
@@ -111,17 +112,17 @@ def make_solve_ramp_hold(method: AreaMethod, lanes: int) -> Callable[..., Any]:
     def solve_holds(field, rate, modulus_ratio, tolerance, status, reached, result):
         w = np.empty((quadrature.ROWS, lanes))
         cells = np.empty(lanes, np.int64)
-        rung = np.empty(lanes, np.int64)
+        rule = np.empty(lanes, np.int64)
         count, first = next_cells(status, 0, AT_END, cells)
         while count > 0:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
-                start = quadrature.start_of_hold(field[cell], p, _internal(reached, cell, 1.0))
+                start = quadrature.start_of_hold(field[cell], p, _square_of_internal(reached, cell, 1.0))
                 quadrature.prepare(w, i, field[cell], p, start)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
-                rung[i] = quadrature.first_rung(p, tolerance)
-            quadrature.integrate(w, rung, tolerance)
+                rule[i] = quadrature.first_rule(p, tolerance)
+            quadrature.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
                 status[cell] = _read_hold(w, i, field[cell], cell, result)

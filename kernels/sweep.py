@@ -42,7 +42,7 @@ def make_classify(program: Program) -> Callable[..., Any]:
         if begins_with_step and instant_gap(field, modulus_ratio) <= 0.0:
             return FAILS_AT_ONCE
         highest = peak(field, rate)
-        # A film with any relaxation left outlasts a field of exactly 1; an elastic one (m = 1) does not.
+        # A film with any relaxation left survives a field of exactly 1; an elastic one (m = 1) does not.
         if highest < 1.0 or (highest == 1.0 and modulus_ratio > 1.0):
             return SURVIVES
         return RUNNING

@@ -71,9 +71,7 @@ def page(cells: Cells, curves: Curves, made_from: str) -> str:
     document.js_on_event(DocumentReady, show)
     words = {"heading": heading(cells), "reading": reading(cells), "notes": notes(cells, made_from)}
     variables = {**words, "legend": legend(cells), "has_slider": slider is not None}
-    html = file_html(
-        document, INLINE, heading(cells), template=_text("explore.html"), template_variables=variables
-    )
+    html = file_html(document, INLINE, heading(cells), template=_text("explore.html"), template_variables=variables)
     return _renumbered(html)
 
 

@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from filelock import FileLock, Timeout
@@ -58,7 +59,7 @@ class Parts:
         try:
             with naming(self._path(number)):
                 with temporary.open("wb") as stream:
-                    content = {**arrays, "identity": np.array(self.identity), "number": np.array(number)}
+                    content: dict[str, Any] = {**arrays, "identity": self.identity, "number": np.int64(number)}
                     np.savez(stream, **content)
                     stream.flush()
                     os.fsync(stream.fileno())

@@ -141,8 +141,7 @@ def with_limits(
     """
     more = {"first_limit": flags(LIMITS)}
     maps = {
-        name: xr.Variable(dims, values, {**cf_attributes(name), **more.get(name, {})})
-        for name, values in found.items()
+        name: xr.Variable(dims, values, {**cf_attributes(name), **more.get(name, {})}) for name, values in found.items()
     }
     return with_maps(ds, maps).assign_attrs(breakdown_rtol=rtol)
 

@@ -35,9 +35,7 @@ _QUANTITIES = {
 }
 
 
-def design(
-    material: Material, thickness: ParameterLike, holding_time: ParameterLike, rtol: float = 1e-6
-) -> xr.Dataset:
+def design(material: Material, thickness: ParameterLike, holding_time: ParameterLike, rtol: float = 1e-6) -> xr.Dataset:
     """Find the largest constant voltages that films of a material take for given times, and how far they get.
 
     Electromechanical instability limits them, and electrical breakdown too, if the material knows its breakdown

@@ -30,6 +30,7 @@ def cell_bytes(program: Program) -> int:
     """
     return 1 + 8 * (len(program.results) - 1)
 
+
 LIMIT_BYTES = 1 + 8 * (len(BREAKDOWN) - 1)
 """The same of what a limit on the true field adds."""
 

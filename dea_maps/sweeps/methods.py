@@ -57,6 +57,22 @@ class Method:
         return tuple(dict.fromkeys(name for names in self.serves.values() for name in names))
 
 
+class MethodTable(tuple[Method, ...]):
+    """Methods in a tuple that prints as a table."""
+
+    __slots__ = ()
+
+    def __str__(self) -> str:
+        """Return a table: a line a method, without regions and sources."""
+        rows = [("method", "order", "kind", "formulations", "programs")]
+        for entry in self:
+            order = str(entry.order or "any")
+            rows.append((entry.name, order, entry.kind, ", ".join(entry.formulations), ", ".join(entry.programs)))
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
+        return "\n".join(line.rstrip() for line in lines)
+
+
 @dataclass(frozen=True)
 class Choice:
     """What a sweep is computed with.
@@ -152,27 +168,31 @@ _METHODS = (
         "integral over the stretch, adaptive number of nodes",
         ("stretch",),
         _WHOLE_REGION,
-        "Gauss and Legendre after the poles are taken out",
+        "Gauss and Legendre after subtraction of the poles",
     ),
 )
 _AUTOMATIC = ("quadrature", "dop853")
 """Methods that "auto" tries, in this order: the first that serves the program, on its first formulation that does."""
 
 
-def methods() -> tuple[Method, ...]:
+def methods() -> MethodTable:
     """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is promised.
 
     Returns
     -------
-    tuple of Method
-        In order of appearance in the documentation.
+    MethodTable
+        A tuple of `Method`, in order of appearance in the documentation; ``print`` shows it as a table.
 
     Examples
     --------
+    >>> print(methods())  # doctest: +ELLIPSIS
+    method      order  kind                     ...            formulations      programs
+    rk4         4      explicit, fixed step     ...            fold, rate        step, ramp, ramp_hold
+    ...
     >>> [method.name for method in methods()]
     ['rk4', 'dopri5', 'dop853', 'radau5', 'quadrature']
     """
-    return _METHODS
+    return MethodTable(_METHODS)
 
 
 def choose(

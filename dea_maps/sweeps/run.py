@@ -176,6 +176,6 @@ def _solved(grid: Grid, choice: Choice, progress: bool) -> Solution:
 
 def _memory_of_machine() -> float:
     """Return the bytes of memory; more may seem to be allocated, until the system ends the process."""
-    if hasattr(os, "sysconf"):
+    if hasattr(os, "sysconf"):  # Windows has none, and allocates no more than there is
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return float("inf")

@@ -14,23 +14,23 @@ The right-hand side has no singularity at D = 0, and the denominator none at all
 h comes from y without cancellation, which a slow ramp needs, where y is of the order of k.
 """
 
-
 import numpy as np
 
 from .._jit import device
-from ..model import CRITICAL_LOAD, CRITICAL_U, deficit
+from ..model import CRITICAL_U, deficit
 
 # Area strain of the relaxed film under its largest load.
 CRITICAL_STRAIN = 4.0 ** (1.0 / 3.0) - 1.0
-# Added to e' so that dy/dv has its limit, zero, at v = 0, where the quotient is 0/0.
-TINY = 1e-150
-# Relative step of the difference that gives df/dy.
-NUDGE = 1e-5
+# Added to e' so that dy/dv has its limit, zero, at v = 0, where the quotient is 0/0; slower ramps than
+# `rising.driver.SLOWEST`, on which it would count, are not solved.
+SMALLEST_LOAD_RATE = 1e-150
+# Relative step of the difference that gives df/dy: an error of its order, rounding of 1e-11, where two digits suffice.
+DIFFERENCE_STEP = 1e-5
 
 
 @device
 def excess_and_flow(v, y, p):
-    """Load over e_C, the largest one of a relaxed film, with ``e - e_C`` accurate relative to itself near it.
+    """Load in excess of e_C, the largest one of a relaxed film, with ``e - e_C`` accurate relative to itself near it.
 
     With u* = 4**(-1/3) and d = u - u*, ``u - u**4 = e_C - d**2 (u**2 + 2 u u* + 3 u***2)``. A film that hardly relaxes
     fails within p of e_C, and whether it reaches a given field is decided there.
@@ -56,7 +56,7 @@ def stiffness(y, p, h, u, d):
 
 
 @device
-def slope(v, y, p, speed):
+def rhs(v, y, p, speed):
     """dy/dv; ``speed`` is 2 k sqrt(e_C), so that e' = speed * sqrt(e).
 
     Numerator and denominator multiplied by (1 + v**2)**5 z**3 leave one division and one square root.
@@ -69,15 +69,15 @@ def slope(v, y, p, speed):
     z2 = z * z
     less = y * (1.0 + z + z2)  # 1 - z**3
     bend = p * less * square
-    rate = (speed * np.sqrt((strain * (square + area + 1.0) * z + bend) * z) + TINY) * cube * z2
+    rate = (speed * np.sqrt((strain * (square + area + 1.0) * z + bend) * z) + SMALLEST_LOAD_RATE) * cube * z2
     rise = z * (rate + 2.0 * less * ((cube - 4.0) * z + 2.0 * bend))
     return 2.0 * v * rise / (area * (rate + 2.0 * bend * (1.0 + 2.0 * z2 * z)))
 
 
 @device
-def growth(v, y, f, p, speed):
-    """df/dy of dy/dv = f, by a forward difference; it carries an estimate, two digits are plenty."""
-    return (slope(v, y + NUDGE * y, p, speed) - f) / (NUDGE * y + 1e-300)
+def jacobian(v, y, f, p, speed):
+    """df/dy of dy/dv = f, by a forward difference; two digits suffice to carry an estimated error along."""
+    return (rhs(v, y + DIFFERENCE_STEP * y, p, speed) - f) / (DIFFERENCE_STEP * y + 1e-300)
 
 
 @device
@@ -87,7 +87,7 @@ def event(v, y, rate_of_y, p, speed):
     Returns
     -------
     e - e_C, D, dD/dv, K : float
-        Load over e_C, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
+        Load in excess of e_C, stiffness, its derivative along the solution, and K = (de/dv)/D, which is positive.
     """
     excess, h, u, d = excess_and_flow(v, y, p)
     z = 1.0 - y
@@ -95,47 +95,5 @@ def event(v, y, rate_of_y, p, speed):
     H = 1.0 / (z * z) + 2.0 * z
     du = -2.0 * v * u2
     change = (12.0 * u2 + p * (3.0 * z * z - h)) * du - p * u * (6.0 * z + H) * rate_of_y
-    load_rate = speed * np.sqrt(u2 * (v * v * (1.0 + u + u2) + p * h)) + TINY
+    load_rate = speed * np.sqrt(u2 * (v * v * (1.0 + u + u2) + p * h)) + SMALLEST_LOAD_RATE
     return excess, stiffness(y, p, h, u, d), change, -du * load_rate / (load_rate + 2.0 * p * u2 * u * H * h)
-
-
-@device
-def forgotten(p, rate, damping):
-    """Where a ramp has the film forget, before its fold, all but exp(-damping) of an error: q = 4 u**3 - 1 there.
-
-    Errors relative to the slow manifold decay at the rate ``nu = 6 u q/(q + 3 p u)``, q = -de/du of the relaxed film,
-    until its largest load is reached at q = 0. With ``e <= e_C``
-
-        Phi = integral of nu dT >= q**3/(12 e_C k u (q + 3 p u)),
-
-    a bound that Newton's method makes equal to the damping asked for, coming down from above: stopped early, it is on
-    the safe side.
-
-    Returns
-    -------
-    float
-        u there; 1 where the whole ramp forgets less.
-    """
-    scale = 12.0 * CRITICAL_LOAD * rate * damping
-    cube = 3.0 * scale * p * CRITICAL_U
-    fourth = np.sqrt(np.sqrt(cube))
-    sixteenth = np.sqrt(np.sqrt(fourth))
-    # 1.2 cube**(21/64) is above the cube root, and close enough, where u is below 1.
-    above = np.sqrt(scale) + 1.2 * fourth * sixteenth * np.sqrt(np.sqrt(sixteenth))
-    u = min(CRITICAL_U + above / (12.0 * CRITICAL_U * CRITICAL_U), 1.0)
-    for _ in range(3):
-        square = u * u
-        q = 4.0 * square * u - 1.0
-        below = q + 3.0 * p * u
-        value = q * q * q - scale * u * below
-        rise = 36.0 * q * q * square - scale * (below + u * (12.0 * square + 3.0 * p))
-        u = min(u - value / rise, 1.0)
-    return u if scale * (3.0 + 3.0 * p) < 27.0 else 1.0
-
-
-@device
-def slow_share(u, rate):
-    """Share y on the slow manifold, to leading order in the rate."""
-    square = u * u
-    load_rate = 2.0 * rate * np.sqrt(CRITICAL_LOAD * u * (1.0 - square * u))
-    return load_rate / (6.0 * square * (4.0 * square * u - 1.0))

@@ -1,11 +1,11 @@
-"""The root z = u r of z**3 + h z = 1: what the flow rate says of both stretches, (26)."""
+"""The root z = u r of z**3 + h z = 1: the square of internal over total stretch at a rate of flow, (26)."""
 
 from .._jit import device
 
 
 @device
-def share(h):
-    """Root z of z**3 + h z = 1 for 0 <= h <= 1.2: a polynomial good to 3e-8, then one step of Newton's method."""
+def flow_root(h):
+    """Root z of z**3 + h z = 1 for 0 <= h <= 1.2: a polynomial, error 3e-8, then Newton's method once."""
     z = 0.9999999736083967 + h * (
         -0.33333051649367645
         + h

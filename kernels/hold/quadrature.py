@@ -9,7 +9,7 @@ from the state at the start to D = 0. At 1/n the integrand has a pair of poles C
 like sqrt(f - 1). There h = 0 and z = 1, so their residues are known; with n = Q R, Q = (U - q)**2 + c**2 the pair's own
 factor, the straight line L(U) through the rest of the integrand at C and C* leaves (rest - L)/Q without poles, for
 Gauss and Legendre, and L/Q to a logarithm and an arc tangent. What is left is so smooth that 8 nodes give 1e-10 for
-moduli ratios up to 10, uniformly in the field. The resolvent cubic of n gives q and c without iteration on complex
+modulus ratios up to 10, uniformly in the field. The resolvent cubic of n gives q and c without iteration on complex
 numbers and without cancellation.
 """
 
@@ -20,43 +20,44 @@ import numpy as np
 from .._jit import device
 from ..elementary import angle, logarithm_of_one_plus
 from ..model import CRITICAL_U, instant_gap, relative_u
-from .flow_cubic import share
-from .gauss_legendre import DONE, EXPECTED, NODES, OFFSETS, RUNGS
+from .flow_cubic import flow_root
+from .gauss_legendre import DONE, NEXT_RULE_BELOW, NODES, OFFSETS, RULES
 
 # Rows of the block.
-EXCESS = 1  # p
-CENTRE = 3  # of the interval in y - 1, and half of its length
-HALF = 4
-REAL = 5  # q - 1
-SQUARE = 6  # c**2
-PARTNER = 7  # square of the imaginary part of the other pair of roots, -q +- i sqrt(PARTNER)
-LINE = 8  # L(q), and the slope of L
-LINE_SLOPE = 9
-EXACT = 10  # integral of L/Q: from the ratio of Q at both ends and the angle at which the poles see the interval
-INTERNAL = 11  # xi**2 at the instability
-SUM = 12  # Legendre coefficients of the smooth part: the zeroth and the last two
-FIRST = 13
-LAST = 14
-LAST_BUT_ONE = 15
-TIME = 16
-BEFORE = 17  # time before that of the integral
-ERROR = 18  # estimated error of the time, over the whole of it
-FOUND = 19  # the time, where it is as accurate as asked
-RATIO = 20  # less 1
-ACROSS = 21
-ALONG = 22
-TAKEN = 23  # sum over the nodes of what was taken out
-ROWS = 24
+SCALED_P = 0  # P = p u*
+CENTRE = 1  # of the interval in y - 1, and half of its length
+HALF = 2
+REAL = 3  # q - 1
+SQUARE = 4  # c**2
+PARTNER = 5  # square of the imaginary part of the other pair of roots, -q +- i sqrt(PARTNER)
+LINE = 6  # L(q), and the slope of L
+LINE_SLOPE = 7
+POLE_PART = 8  # integral of L/Q: from the ratio of Q at both ends and the angle that the interval subtends at the poles
+INTERNAL = 9  # xi**2 at the instability
+SUM = 10  # Legendre coefficients of the smooth part: the zeroth and the last two
+FIRST = 11
+LAST = 12
+LAST_BUT_ONE = 13
+TIME = 14
+BEFORE = 15  # time before that of the integral
+ERROR = 16  # estimated error of the time, relative to the whole time
+FOUND = 17  # the time, where it is as accurate as asked
+RATIO = 18  # less 1
+ACROSS = 19
+ALONG = 20
+SUBTRACTED = 21  # sum over the nodes of the size of the subtracted pole part
+ROWS = 22
 
 
-# Square of an interval over that of its distance from the poles below which they stay in the integrand.
-SHORT = 1e-4
+# Square of an interval divided by that of its distance from the poles, below which they stay in the integrand. Derived:
+# with the poles 200 half intervals away the lowest rule leaves 200**-10, while subtracting them costs digits.
+SHORT_INTERVAL = 1e-4
 EPSILON = 2.0**-52
 
 
 @device
 def start_of_step(f, p):
-    """Relative height of U over 1 right after a sudden field, xi = 1; accurate relative to itself."""
+    """Relative excess of U over 1 right after a sudden field, xi = 1; accurate relative to itself."""
     return relative_u(instant_gap(f, 1.0 + p) / (1.0 + p))
 
 
@@ -69,7 +70,7 @@ def _powers(f, p):
 
 @device
 def start_of_hold(f, p, r):
-    """Relative height of U over 1 in equilibrium with the field f at an internal stretch sqrt(r).
+    """Relative excess of U over 1 in equilibrium with the field f at an internal stretch sqrt(r).
 
     The margin g = 1 - e/e_c(xi) comes from ``(1 - g)**3 = f**6 B/A**4``, the difference divided by p beforehand.
     """
@@ -105,10 +106,10 @@ def inverse_internal(f, p):
 
 @device
 def prepare(w, i, f, p, start):
-    """Everything of a lane but the sum over nodes and what `_add_exact` needs; ``start`` is U - 1 at the start.
+    """Compute all of a lane but the sum over nodes and the pole part; ``start`` is U - 1 at the start.
 
-    No branch and no call, so that a loop over lanes becomes vector instructions; garbage, and no harm, in a lane that
-    has nothing to integrate.
+    No branch and no call, so that a loop over lanes becomes vector instructions; the values of a lane that has nothing
+    to integrate mean nothing and are not read.
     """
     prepare_above(w, i, f, (f - 1.0) * (f + 1.0), p, start)
 
@@ -148,11 +149,11 @@ def prepare_above(w, i, f, g, p, start):
     line = (top_re * bottom_re + top_im * bottom_im) * scale
     line_slope = (top_im * bottom_re - top_re * bottom_im) * scale / c
 
-    # Seen from a short interval, the poles are far away: taking them out leaves a small difference of large ones.
-    near = 1.0 if (start - end) * (start - end) >= SHORT * square else 0.0
+    # Poles far from a short interval are not subtracted: a small difference of large numbers would be left.
+    near = 1.0 if (start - end) * (start - end) >= SHORT_INTERVAL * square else 0.0
     v0 = start - real
     v1 = end - real
-    w[EXCESS, i] = P
+    w[SCALED_P, i] = P
     w[CENTRE, i] = 0.5 * (y0 + y1)
     w[HALF, i] = 0.5 * (start - end) / (root0 * root1 * (root0 + root1))
     w[REAL, i] = real
@@ -167,19 +168,19 @@ def prepare_above(w, i, f, g, p, start):
 
 
 @device
-def _add_exact(w):
+def _integrate_pole_part(w):
     """Integral of L/Q, the logarithm and the arc tangent, in every lane."""
     for i in range(w.shape[1]):
         exact = w[LINE, i] / np.sqrt(w[SQUARE, i]) * angle(w[ACROSS, i], w[ALONG, i])
-        w[EXACT, i] = exact + 0.5 * w[LINE_SLOPE, i] * logarithm_of_one_plus(w[RATIO, i])
+        w[POLE_PART, i] = exact + 0.5 * w[LINE_SLOPE, i] * logarithm_of_one_plus(w[RATIO, i])
 
 
 @device
 def _smooth_part(w, i, node):
-    """Return what is left of the integrand at a node, and the size of what was taken out of it."""
+    """Return what is left of the integrand at a node, and the size of what was subtracted from it."""
     beyond = w[CENTRE, i] + w[HALF, i] * node
     y = 1.0 + beyond
-    P = w[EXCESS, i]
+    P = w[SCALED_P, i]
     inverse = 1.0 / y
     U = inverse * inverse
     height = -beyond * (2.0 + beyond) * U  # U - 1
@@ -189,12 +190,12 @@ def _smooth_part(w, i, node):
     R = (U + q) * (U + q) + w[PARTNER, i]
     n4 = 0.25 * Q * R * y * y
     h = n4 * y * y / P
-    z = share(h)
+    z = flow_root(h)
     D = height * (U * U + U + 1.0) + 3.0 * P * U * z * z - n4
     below = (3.0 - 2.0 * h * z) * R
-    taken = U * inverse * (w[LINE, i] + w[LINE_SLOPE, i] * v) * below
+    subtracted = U * inverse * (w[LINE, i] + w[LINE_SLOPE, i] * v) * below
     scale = 1.0 / (below * Q)
-    return (D * z * z * inverse - taken) * scale, abs(taken * scale)
+    return (D * z * z * inverse - subtracted) * scale, abs(subtracted * scale)
 
 
 @device
@@ -207,7 +208,7 @@ def _integrate_nodes(w, first, last):
     """
     lanes = w.shape[1]
     for i in range(lanes):
-        w[TAKEN, i] = 0.0
+        w[SUBTRACTED, i] = 0.0
         w[SUM, i] = 0.0
         w[FIRST, i] = 0.0
         w[LAST, i] = 0.0
@@ -215,54 +216,57 @@ def _integrate_nodes(w, first, last):
     for j in range(first, last):
         node, weight, of_first, of_last_but_one, of_last = NODES[:, j]
         for i in range(lanes):
-            value, taken = _smooth_part(w, i, node)
-            w[TAKEN, i] += weight * taken
+            value, subtracted = _smooth_part(w, i, node)
+            w[SUBTRACTED, i] += weight * subtracted
             w[SUM, i] += weight * value
             w[FIRST, i] += of_first * value
             w[LAST_BUT_ONE, i] += of_last_but_one * value
             w[LAST, i] += of_last * value
     for i in range(lanes):
         scale = 4.0 / CRITICAL_U
-        w[TIME, i] = scale * (w[HALF, i] * w[SUM, i] + 0.5 * w[EXACT, i])
+        w[TIME, i] = scale * (w[HALF, i] * w[SUM, i] + 0.5 * w[POLE_PART, i])
         tail = max(abs(w[LAST, i]), abs(w[LAST_BUT_ONE, i]))
         largest = max(abs(0.5 * w[SUM, i]), abs(w[FIRST, i])) + 1e-300
         whole = w[BEFORE, i] + abs(w[TIME, i])
-        # At a node right over the poles a small difference of large numbers is left.
-        rounding = 16.0 * EPSILON * w[TAKEN, i]
+        # At a node close to the poles a small difference of large numbers is left: some operations of rounding each.
+        rounding = 16.0 * EPSILON * w[SUBTRACTED, i]
         w[ERROR, i] = abs(scale * w[HALF, i]) * (0.25 * tail * tail / largest + rounding) / (whole + 1e-300)
 
 
 @device
-def first_rung(p, rtol):
-    """Rung of the ladder of rules on which a lane begins: the lowest whose estimate is expected to satisfy it."""
-    rung = 0
-    for limit in EXPECTED:
-        rung += rtol < limit
-    return rung + (p > 9.0) + (p > 60.0)
+def first_rule(p, rtol):
+    """Rule with which a lane begins: the lowest whose estimate is expected to satisfy it.
+
+    The modulus ratios from which to begin one and two rules higher are measured, as is `NEXT_RULE_BELOW`.
+    """
+    rule = 0
+    for limit in NEXT_RULE_BELOW:
+        rule += rtol < limit
+    return rule + (p > 9.0) + (p > 60.0)
 
 
 @device
-def integrate(w, rung, rtol):
-    """Time of every lane, on the first rung from its own on at which the estimated error is at most ``rtol``.
+def integrate(w, rule, rtol):
+    """Time of every lane, by the first rule from its own on at which the estimated error is at most ``rtol``.
 
-    ``rung`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved.
+    ``rule`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved.
     """
     lanes = w.shape[1]
-    _add_exact(w)
+    _integrate_pole_part(w)
     for i in range(lanes):
         w[FOUND, i] = math.nan
-    for step in range(RUNGS):
+    for step in range(RULES):
         waiting = 0
         due = 0
         for i in range(lanes):
-            waiting += rung[i] < DONE
-            due += rung[i] <= step
+            waiting += rule[i] < DONE
+            due += rule[i] <= step
         if waiting == 0:
             return
         if due == 0:
             continue
         _integrate_nodes(w, OFFSETS[step], OFFSETS[step + 1])
         for i in range(lanes):
-            if rung[i] <= step and w[ERROR, i] <= rtol:
+            if rule[i] <= step and w[ERROR, i] <= rtol:
                 w[FOUND, i] = w[TIME, i]
-                rung[i] = DONE
+                rule[i] = DONE

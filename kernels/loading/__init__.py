@@ -1,8 +1,8 @@
 """General loading programs, with or without a dead load: one compiled kernel for every program.
 
 A program is a table of pieces that all cells share. Each argument of a piece is ``scale * columns[source]``, a number
-per cell; ``columns[0]`` holds ones, so that a constant is ``scale * 1``. Times are in relaxation times and count from the
-start of the piece, fields in Ec; negative fields are served, the load goes with the square.
+per cell; ``columns[0]`` holds ones, so that a constant is ``scale * 1``. Times are in relaxation times and count from
+the start of the piece, fields in Ec; negative fields are served, the load goes with the square.
 
     kind (pieces,) int8      LINEAR = 0, SINE = 1
     scale (pieces, 4) float64, source (pieces, 4) int64

@@ -46,7 +46,8 @@ BEFORE, TIGHT, ENTRY = range(14, 17)  # time before the piece, one over the rela
 OF_TIME, OF_STATE = range(17, 19)  # estimated errors
 BAD_, GUESS_, NEW_TIME, NEW_CHANGE = range(19, 23)
 LOW, HIGH = range(23, 25)  # extremes of the unknown
-TIMES = 25
+GROWTH_ = 25  # of an error of the time, per change of stiffness
+TIMES = 26
 CHANGES = TIMES + STAGES + 1
 ROWS = CHANGES + STAGES + 1
 LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
@@ -54,6 +55,10 @@ LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
 ATTEMPTS = 200
 # The few steps of a finish are to be that much more accurate than those in time: their errors add to the time itself.
 TIGHTER = 20.0
+# Step of the difference that gives the growth, over the time left by the tangent of D**2.
+NUDGE = 1e-4
+# Change of r per change of time, at fixed stiffness, beyond which r does not follow from the equilibrium.
+LARGEST_ALONG = 1e8
 # A step this short, over the stiffness at the start, that still leads to Q >= 0: the film turns back.
 SHORTEST = 0.02
 
@@ -78,6 +83,34 @@ def _make_slopes(law: Law, waves: Waves) -> Callable[..., Any]:
     return slopes
 
 
+def _make_growth(law: Law, waves: Waves, slopes: Callable[..., Any]) -> Callable[..., Any]:
+    """Make ``growth(w, i, t, y, d) -> growth, along``: of an error of the time at fixed D, and dr over dT of it.
+
+    Both states obey the equilibrium, so that an error has one direction; the growth is a forward difference, two digits
+    are plenty. Next to a folded singularity, D = N = 0, it is large.
+    """
+    ends, field, field_rate = law.ends, waves.field, waves.rate
+
+    @device
+    def growth(w, i, t, y, d):
+        r, x = w[ORIGIN, i] + y, w[GUESS_, i]
+        E = field(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
+        rate = field_rate(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
+        bend, load_of_r, of_r = ends(r, w[P_, i], w[SIGMA_, i], x)
+        # Infinite for an elastic film, whose r has no part in the equilibrium.
+        along = 2.0 * CRITICAL_LOAD * E * rate / (load_of_r + d * of_r / bend)
+        change = along if abs(along) < LARGEST_ALONG else 0.0
+        bad = w[BAD_, i]
+        here, _ = slopes(w, i, t, y, d)
+        nudge = NUDGE * here * d + 1e-300
+        beside, _ = slopes(w, i, t + nudge, y + change * nudge, d)
+        w[GUESS_, i] = x
+        w[BAD_, i] = bad
+        return (beside - here) / nudge, along
+
+    return growth
+
+
 def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     """Make ``finish(kind, scale, source, columns, p, sigma, cells, status, kept)``.
 
@@ -85,6 +118,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     r there, or READY again.
     """
     slopes = _make_slopes(law, waves)
+    growth = _make_growth(law, waves, slopes)
     ends, local, flow = law.ends, law.local, law.plain_flow
     field, field_rate = waves.field, waves.rate
     time_errors, change_errors = make_errors(TIMES), make_errors(CHANGES)
@@ -124,8 +158,17 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             good = (w[BAD_, i] == 0.0) & (relative <= 1.0) & (r > 0.0)
             factor = factor_of(relative)
             factor = factor if good else (min(factor, SAFETY) if w[BAD_, i] == 0.0 else 0.3)
-            w[OF_TIME, i] += a * long + EPSILON * t if good else 0.0
-            w[OF_STATE, i] += b * size + EPSILON * abs(r) if good else 0.0
+            rest = max(w[STIFFNESS, i] - length, 0.0) if good else w[STIFFNESS, i]
+            grows, along = growth(w, i, t, y, rest)
+            grows = grows if rest > 0.0 else 0.0
+            grown = np.exp(min(0.5 * length * (w[GROWTH_, i] + grows), 100.0))
+            late = w[OF_TIME, i] * grown + a * long + EPSILON * t
+            w[OF_TIME, i] = late if good else w[OF_TIME, i]
+            # The error of r goes with that of the time, or on its own where it has little part in the equilibrium.
+            error = w[OF_STATE, i] * grown
+            error = min(error, abs(along) * late) if abs(along) < LARGEST_ALONG else error
+            w[OF_STATE, i] = error + b * size + EPSILON * abs(r) if good else w[OF_STATE, i]
+            w[GROWTH_, i] = grows if good else w[GROWTH_, i]
             w[TIME, i] = t if good else w[TIME, i]
             w[CHANGE, i] = y if good else w[CHANGE, i]
             w[UNKNOWN, i] = w[GUESS_, i] if good else w[UNKNOWN, i]
@@ -133,7 +176,6 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             w[CHANGES, i] = w[LAST_CHANGE, i] if good else w[CHANGES, i]
             w[LOW, i] = min(w[LOW, i], w[UNKNOWN, i])
             w[HIGH, i] = max(w[HIGH, i], w[UNKNOWN, i])
-            rest = max(w[STIFFNESS, i] - length, 0.0) if good else w[STIFFNESS, i]
             w[STIFFNESS, i] = rest
             going = (length > 0.0) & (rest > 0.0) & (w[TIME, i] <= w[DURATION_, i])
             going = going & (good | (length * factor > SHORTEST * w[ENTRY, i]))
@@ -180,6 +222,8 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         w[OF_STATE, i] = error + abs(f) * late
         w[TIMES, i] = -d / q
         w[CHANGES, i] = -f * d / q
+        w[GUESS_, i] = x
+        w[GROWTH_, i], _ = growth(w, i, t, y, d)
         w[TRIAL, i] = d
         w[LOW, i] = x
         w[HIGH, i] = x

@@ -227,8 +227,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
                 x * (3.0 - 2.0 * share) - v1 * left
             )
             margin = 1.0 + w[RESOLUTION, i]
-            extreme = (between * margin < min(min(x0, x), w[LEAST, i])) | (
-                between > margin * max(max(x0, x), w[MOST, i])
+            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (
+                between > margin * max(x0, x, w[MOST, i])
             )
             extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
             accepted = good & (not missed) & (not extreme)
@@ -268,7 +268,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             away = w[SLOPES, i] / w[GROWTH, i]
             remaining = w[DURATION, i] - w[T, i]
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
-            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r) & (-w[GROWTH, i] * remaining > RELAXATIONS)
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r)
+            rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
             w[GAIN, i] += -remaining if rest else 0.0

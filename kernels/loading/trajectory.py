@@ -38,7 +38,8 @@ from .rows import (
 )
 
 SIGNATURE = (
-    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, float64[::1], float64[::1], float64[::1], float64, "
+    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, "
+    "float64[::1], float64[::1], float64[::1], float64, "
     "float64[::1], float64[:, ::1], float64[:, ::1]"
 )
 
@@ -83,7 +84,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 kept[HELD, 0] = -1.0
                 state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
                 passed, cycles, sample, excess = 0.0, 0.0, 0, 0.0
-                while (state == READY or state == ENDED) and sample < times.size:
+                while (state == READY or state == ENDED) and sample < times.size:  # noqa: PLR1714, SIM109 -- compiled
                     if state == ENDED:
                         cycles += 1.0
                         passed += w[OFFSET, 0]

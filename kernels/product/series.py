@@ -25,32 +25,33 @@ from .._jit import Kernel, device
 from ..forms.area_strain import event, excess_and_flow
 from ..hold import quadrature
 from ..model import CRITICAL_LOAD, CRITICAL_U
-from ..rising import driver
-from ..rising.event import LARGEST_TIGHTNESS, aim_between, land
+from ..rising.control import CROSSED, NEAR, NOTHING, TOO_MANY, make_judge
+from ..rising.event import LARGEST_INVERSE_TOLERANCE, aim_between, land
 from ..rising.explicit import make_explicit
+from ..rising.start import begin, damping_for, prepare
 from ..rising.state import (
     AT_INSTABILITY,
     COUNT,
     EVENT,
     FIELD,
-    GLOBAL,
-    GROWTH,
+    GLOBAL_ERROR,
+    INVERSE_TOLERANCE,
+    JACOBIAN,
+    LOAD_EXCESS,
     NEW,
     RATE,
-    SCALE,
     SLOPES,
     SPEED,
     SPENT,
     STATUS,
     STEP,
     TARGET,
-    TIGHTNESS,
     TRIAL,
+    Y_CEILING,
     P,
     V,
     Y,
 )
-from ..rising.state import EXCESS as LOAD
 from ..runge_kutta.tableaus import TABLEAUS
 from ..sweep import LANES
 from .chebyshev import FIRST_ENTRY, FIRST_NODE, LADDER, MOST_TERMS, needed_terms, tail
@@ -102,7 +103,7 @@ _STEP_ROWS = 3
 _FIELD, _ABOVE, _W, _S, _V, _STEP, _BEGINNING, _OF_CORNER = range(8)
 _NODE_ROWS = 8
 # What rows of a block of lanes stand for while corners are sought: how far s is off, and the last two of a node.
-_AWAY, _CORNER, _CHANGE = EVENT, GROWTH, GLOBAL
+_AWAY, _CORNER, _CHANGE = EVENT, JACOBIAN, GLOBAL_ERROR
 
 
 @device
@@ -216,7 +217,7 @@ def _hold(number, excess, rate, p, rtol, nodes, w, rung, values):
         for i in range(lanes):  # from rows of the block alone, so that it becomes vector instructions
             quadrature.prepare_above(w, i, w[quadrature.TIME, i], w[quadrature.BEFORE, i], p, w[quadrature.FOUND, i])
             w[quadrature.BEFORE, i] = 0.0
-            rung[i] = quadrature.first_rung(p, rtol)
+            rung[i] = quadrature.first_rule(p, rtol)
         quadrature.integrate(w, rung, rtol)
         for i in range(min(lanes, number - first)):
             j = first + i
@@ -242,12 +243,12 @@ def _make_to_series(attempt: Callable[..., Any], last: int) -> Callable[..., Any
 
     @device
     def to_series(steps, count, lane, i, rtol, nodes, all_nodes, matrices, w, hold, rung, values, head, series):
-        rate, p, speed, uncertainty = lane[RATE, i], lane[P, i], lane[SPEED, i], lane[GLOBAL, i]
+        rate, p, speed, uncertainty = lane[RATE, i], lane[P, i], lane[SPEED, i], lane[GLOBAL_ERROR, i]
         v, z, aim = lane[V, i], 1.0 - lane[Y, i], lane[STEP, i]
         area = 1.0 + v * v
         # dr/dv vanishes at the instability: half of it acts over the distance left
         r = z * area + 0.5 * aim * (2.0 * v * z - lane[SLOPES, i] * area)
-        excess = max(lane[LOAD, i], 0.0) if p > 0.0 else 0.0
+        excess = max(lane[LOAD_EXCESS, i], 0.0) if p > 0.0 else 0.0
         load = CRITICAL_LOAD + excess
         field = np.sqrt(load / CRITICAL_LOAD)
         bend = max(np.sqrt(excess) / min(MIDDLE, MIDDLE_OF_EXCESS * p) - 2.0, 0.0) if p > 0.0 else 0.0
@@ -311,8 +312,8 @@ def make_series() -> Kernel:
     those of `chebyshev.py`.
     """
     method = make_explicit(TABLEAUS["dop853"])
-    attempt, last, rows, share = method.attempt, method.last, method.rows, method.share
-    judge = driver.make_judge(method)
+    attempt, last, rows, share = method.attempt, method.last, method.rows, method.tolerance_factor
+    judge = make_judge(method)
     lanes = LANES
 
     to_series = _make_to_series(attempt, last)
@@ -328,14 +329,14 @@ def make_series() -> Kernel:
         w[RATE, i] = rate
         w[FIELD, i] = math.inf
         w[P, i] = modulus_ratio - 1.0
-        driver.prepare(w, i, tolerance, share, damping)
-        w[SCALE, i] = 0.5 / rate + 3e-15 / tolerance
+        prepare(w, i, tolerance, share, damping)
+        w[Y_CEILING, i] = 0.5 / rate + 3e-15 / tolerance
         w[COUNT, i] = 0.0
-        driver.begin(w, i)
+        begin(w, i)
 
     def find(rate, modulus_ratio, rtol, all_nodes, matrices, head, series, terms):
         tolerance = OF_STEPS * rtol
-        damping = driver.damping_for(tolerance)
+        damping = damping_for(tolerance)
         w = np.zeros((rows, lanes))
         steps = np.zeros((lanes, _STEP_ROWS, MOST_STEPS))
         count = np.zeros(lanes, np.int64)
@@ -376,22 +377,22 @@ def make_series() -> Kernel:
                 if number < 0:
                     continue
                 event_met = w[EVENT, i]
-                if event_met == driver.NOTHING and w[V, i] == before[_START, i]:
+                if event_met == NOTHING and w[V, i] == before[_START, i]:
                     continue
-                if event_met != driver.NEAR:  # the beginning of a step that was taken, or crossed the instability
+                if event_met != NEAR:  # the beginning of a step that was taken, or crossed the instability
                     E, _, _, _ = excess_and_flow(w[V, i], w[Y, i], w[P, i])
-                    if event_met == driver.CROSSED or E > 0.0:
+                    if event_met == CROSSED or E > 0.0:
                         if count[i] < MOST_STEPS:
                             for row in range(_STEP_ROWS):
                                 steps[i, row, count[i]] = before[row, i]
                             count[i] += 1
                         else:
                             w[STATUS, i] = SPENT
-                if event_met == driver.CROSSED:
+                if event_met == CROSSED:
                     aim_between(w, i, last)
-                elif event_met == driver.NEAR:
+                elif event_met == NEAR:
                     land(w, i, LANDING * rtol * min(1.0, w[P, i]))
-                elif event_met == driver.TOO_MANY:
+                elif event_met == TOO_MANY:
                     w[STATUS, i] = SPENT
                 if w[STATUS, i] < AT_INSTABILITY:
                     continue
@@ -401,9 +402,9 @@ def make_series() -> Kernel:
                         steps[i], count[i], w, i, rtol, nodes, all_nodes, matrices, corner, hold, rung, values,
                         head[number], series[number],
                     )  # fmt: skip
-                    if found == 0 and w[TIGHTNESS, i] < LARGEST_TIGHTNESS:
-                        w[TIGHTNESS, i] = min(10.0 * w[TIGHTNESS, i], LARGEST_TIGHTNESS)
-                        driver.begin(w, i)
+                    if found == 0 and w[INVERSE_TOLERANCE, i] < LARGEST_INVERSE_TOLERANCE:
+                        w[INVERSE_TOLERANCE, i] = min(10.0 * w[INVERSE_TOLERANCE, i], LARGEST_INVERSE_TOLERANCE)
+                        begin(w, i)
                         count[i] = 0
                         continue
                 if found == 0:

@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from .._jit import device
-from ..forms.area_strain import growth, slope
-from .state import GROWTH, NEW, SLOPES, SPEED, TRIAL, AreaMethod, P, V, Y
+from ..forms.area_strain import jacobian, rhs
+from .state import JACOBIAN, NEW, SLOPES, SPEED, TRIAL, AreaMethod, P, V, Y
 
 ROOT6 = math.sqrt(6.0)
 C1, C2 = (4.0 - ROOT6) / 10.0, (4.0 + ROOT6) / 10.0
@@ -21,14 +21,16 @@ A31, A32, A33 = (16.0 - ROOT6) / 36.0, (16.0 + ROOT6) / 36.0, 1.0 / 9.0
 E1, E2, E3 = -(13.0 + 7.0 * ROOT6) / 3.0, (-13.0 + 7.0 * ROOT6) / 3.0, -1.0 / 3.0
 EIGENVALUE = 30.0 / (6.0 + 81.0 ** (1.0 / 3.0) - 9.0 ** (1.0 / 3.0))
 
-# Newton's method from z = 0; what has not settled by then is a step too long.
+# Newton's method from z = 0. A fixed number keeps the lanes together; what has not converged by then, which the last
+# change says, is an error of the step (`_error`), so that the step is shortened.
 ITERATIONS = 7
 
-# Share of the estimate, two orders below the method's own, that bounds its error (studies/tolerance).
+# Fraction of the estimate, which is two orders below the method, that bounds the error: measured (studies/tolerance).
 OVERESTIMATE = 0.05
 
 # An L-stable method damps what grows, too, where its step is long: past the fold of the slow manifold it would stay
-# on the branch that has become unstable. Steps over which an error would grow more than by exp of this are refused.
+# on the branch that has become unstable. Steps over which an error would grow more than by exp of this are refused:
+# below `EIGENVALUE`, 3.6, where the filter of the estimate has its pole (tests/kernels/test_radau.py).
 LARGEST_GROWTH = 0.5
 
 # Rows behind those of `rising/state.py`: increments of the stages, the last change of the third, the estimated error.
@@ -43,12 +45,12 @@ def _iterate(w, i):
     """One iteration of Newton's method on z = h A f(y + z)."""
     h, v, y, p, speed = w[TRIAL, i], w[V, i], w[Y, i], w[P, i], w[SPEED, i]
     z1, z2, z3 = w[Z1, i], w[Z2, i], w[Z3, i]
-    f1 = slope(v + C1 * h, y + z1, p, speed)
-    f2 = slope(v + C2 * h, y + z2, p, speed)
-    f3 = slope(v + h, y + z3, p, speed)
-    j1 = h * growth(v + C1 * h, y + z1, f1, p, speed)
-    j2 = h * growth(v + C2 * h, y + z2, f2, p, speed)
-    j3 = h * growth(v + h, y + z3, f3, p, speed)
+    f1 = rhs(v + C1 * h, y + z1, p, speed)
+    f2 = rhs(v + C2 * h, y + z2, p, speed)
+    f3 = rhs(v + h, y + z3, p, speed)
+    j1 = h * jacobian(v + C1 * h, y + z1, f1, p, speed)
+    j2 = h * jacobian(v + C2 * h, y + z2, f2, p, speed)
+    j3 = h * jacobian(v + h, y + z3, f3, p, speed)
     r1 = h * (A11 * f1 + A12 * f2 + A13 * f3) - z1
     r2 = h * (A21 * f1 + A22 * f2 + A23 * f3) - z2
     r3 = h * (A31 * f1 + A32 * f2 + A33 * f3) - z3
@@ -79,9 +81,9 @@ def _attempt(w):
     for i in range(lanes):
         h = w[TRIAL, i]
         w[NEW, i] = w[Y, i] + w[Z3, i]
-        w[LAST, i] = slope(w[V, i] + h, w[NEW, i], w[P, i], w[SPEED, i])
+        w[LAST, i] = rhs(w[V, i] + h, w[NEW, i], w[P, i], w[SPEED, i])
         explicit = h * w[SLOPES, i] + E1 * w[Z1, i] + E2 * w[Z2, i] + E3 * w[Z3, i]
-        grows = h * max(w[GROWTH, i], growth(w[V, i] + h, w[NEW, i], w[LAST, i], w[P, i], w[SPEED, i]))
+        grows = h * max(w[JACOBIAN, i], jacobian(w[V, i] + h, w[NEW, i], w[LAST, i], w[P, i], w[SPEED, i]))
         # Filtered by the end that is damped less: where a slow ramp's film leaves the slow manifold within the step,
         # the damping at its beginning would filter away the error that grows at its end.
         w[ESTIMATE, i] = abs(explicit / (EIGENVALUE - grows)) if grows < LARGEST_GROWTH else math.inf
@@ -100,4 +102,5 @@ def _root(x):
     return np.sqrt(np.sqrt(x))
 
 
+# The tolerance factor 0.2 is measured (studies/tolerance), as that of the explicit methods.
 RADAU5 = AreaMethod(_attempt, _error, _root, False, 0.2, LAST, ESTIMATE + 1)

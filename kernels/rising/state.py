@@ -19,22 +19,22 @@ STEP = 3  # step length proposed for a climbing lane, aim of a landing one
 TRIAL = 4  # step length of this attempt; zero in a lane that is done
 NEW = 5  # state after this attempt
 EVENT = 6  # what this attempt met
-EXCESS = 7  # load over e_C at the event
-GROWTH = 8  # df/dy of dy/dv = f
-GLOBAL = 9  # estimated error of the state so far: those of the steps, carried on by the linearised equation
+LOAD_EXCESS = 7  # e - e_C at the event
+JACOBIAN = 8  # df/dy of dy/dv = f
+GLOBAL_ERROR = 9  # estimated error of the state so far: those of the steps, carried on by the linearised equation
 PREVIOUS = 10  # root of the estimated error of the last accepted step over what was allowed
 COUNT = 11  # attempts so far
-# what a lane is given,
+# what a lane is given;
 P = 12  # modulus ratio - 1
 SPEED = 13  # 2 k sqrt(e_C)
-TARGET = 14  # load over e_C at which to stop; inf for none
-TIGHTNESS = 15  # one over the relative error allowed in a step
-SCALE = 16  # size of y against which its errors count, where y itself is larger
-REFERENCE = 17  # size of y against which its errors count, where y itself is smaller
-START_V = 18  # state to begin with, the slope and its growth there, the first step
+TARGET = 14  # e - e_C at which to stop; inf for none
+INVERSE_TOLERANCE = 15  # one over the relative error allowed in a step
+Y_CEILING = 16  # size of y against which its errors count, where y itself is larger
+Y_FLOOR = 17  # size of y against which its errors count, where y itself is smaller
+START_V = 18  # state to begin with, dy/dv and its Jacobian there, the first step
 START_Y = 19
 START_SLOPE = 20
-START_GROWTH = 21
+START_JACOBIAN = 21
 START_STEP = 22
 RATE = 23  # k
 FIELD = 24  # at which to stop, in Ec
@@ -42,8 +42,8 @@ FIELD = 24  # at which to stop, in Ec
 SLOPES = 25
 
 # What is left of a lane when it is done: rows of the result of a climb.
-REACHED = (V, Y, SLOPES, STEP, EXCESS)
-REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_EXCESS = range(len(REACHED))
+REACHED = (V, Y, SLOPES, STEP, LOAD_EXCESS)
+REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_LOAD_EXCESS = range(len(REACHED))
 
 
 class AreaMethod(NamedTuple):
@@ -57,11 +57,11 @@ class AreaMethod(NamedTuple):
     error : callable
         ``error(w, i, size)``: estimated error of the step over ``size``.
     root : callable
-        ``root(x)``: the root by which that error, in single precision, is turned into a factor for the step length.
+        ``root(x)``: the root of that error, in single precision, that gives the factor for the step length.
     late_start : bool
-        Whether a slow ramp begins where the film has yet to forget the start: explicit methods cannot do without.
-    share : float
-        Share of the error allowed that a step may take in an elastic film, so that few lanes have to begin again.
+        Whether a slow ramp begins on the slow manifold: explicit methods would need some 1/k steps from the start.
+    tolerance_factor : float
+        Estimated error of a step in an elastic film over the accuracy asked of the results.
     last : int
         Row of the slope at the new state.
     rows : int
@@ -72,6 +72,6 @@ class AreaMethod(NamedTuple):
     error: Callable[..., Any]
     root: Callable[..., Any]
     late_start: bool
-    share: float
+    tolerance_factor: float
     last: int
     rows: int

@@ -7,9 +7,13 @@ from .._jit import device
 from ..lane_state import ERROR, PREVIOUS_ERROR, STEP
 from .tableaus import Tableau
 
+# As usual (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, section II.4).
 SAFETY = 0.9
 SMALLEST_FACTOR = 0.2
 LARGEST_FACTOR = 8.0
+# Errors below these count as these: where an estimate changes sign, its smallness does not make a long step.
+SMALLEST_ERROR = 1e-10
+SMALLEST_PREVIOUS_ERROR = 1e-4
 
 
 @device
@@ -28,10 +32,10 @@ def make_pi(tableau: Tableau) -> Callable[..., Any]:
 
     @device
     def pi(w, i, length):
-        error = max(w[ERROR, i], 1e-10)
+        error = max(w[ERROR, i], SMALLEST_ERROR)
         if error <= 1.0:
             factor = SAFETY * error**-present * w[PREVIOUS_ERROR, i] ** past
-            w[PREVIOUS_ERROR, i] = max(error, 1e-4)
+            w[PREVIOUS_ERROR, i] = max(error, SMALLEST_PREVIOUS_ERROR)
         else:
             factor = SAFETY * error**-present if error < 1e300 else SMALLEST_FACTOR
             factor = min(factor, 1.0)

@@ -1,16 +1,15 @@
-"""The life of a block of lanes: piece by piece of the loading program, attempt by attempt, until every lane is done."""
+"""Integration loop of a block of lanes: piece by piece of the loading program, until every lane is done."""
 
 from collections.abc import Callable
 from typing import Any
 
 from .._jit import device
-from ..forms.formulations import THIRD, Formulation, applied_field
+from ..forms.formulation import THIRD, Formulation, applied_field
 from ..lane_state import (
     AT_END,
     BEGINNING,
     BUDGET_SPENT,
     END,
-    EXCESS,
     FAILED,
     FIELD,
     LOCATING,
@@ -23,6 +22,7 @@ from ..lane_state import (
     STEP,
     TIME,
     TRIAL,
+    P,
 )
 from ..programs import Program
 from ..sweep import CRITICAL_FIELD, CRITICAL_INTERNAL_STRETCH, CRITICAL_STRETCH, MODULUS_RATIO, RATE, TIME_TO_FAILURE
@@ -45,7 +45,8 @@ def make_begin(program: Program, formulation: Formulation) -> Callable[..., Any]
 
     @device
     def first_step(w, i):
-        # 1 % of what carries a state across itself, and the field across its scale; at rest, some length.
+        # 1 % of what changes a state by itself, and the field by its scale; in a steady state, some length. The step
+        # control corrects it: the choice bears on the cost of the first few steps alone.
         fastest = max(abs(w[SLOPE, i] * w[SLOPES + TIME, i]), 1e-12)
         for state in range(TIME + 1, STATES):
             fastest = max(fastest, abs(w[SLOPES + state, i] / w[STATE + state, i]))
@@ -75,7 +76,7 @@ def make_advance(formulation: Formulation, tableau: Tableau, control: Callable[.
     """Make ``advance(w, status, tolerance, attempts)``: all running lanes to the first event of their piece."""
     attempt = make_attempt(tableau, formulation.derivative)
     error = make_error(tableau)
-    share = formulation.share
+    factor = formulation.tolerance_factor
     aim, judge = make_judge(formulation, control, SLOPES + STATES * tableau.stages)
 
     @device
@@ -89,7 +90,7 @@ def make_advance(formulation: Formulation, tableau: Tableau, control: Callable[.
             if running == 0:
                 break
             attempt(w)
-            error(w, share * tolerance)
+            error(w, factor * tolerance)
             for i in range(lanes):
                 if status[i] <= LOCATING:
                     status[i] = judge(w, i, status[i])
@@ -113,7 +114,7 @@ def make_solve(
     def solve(w, status, given, tolerance, step, attempts, found):
         lanes = w.shape[1]
         for i in range(lanes):
-            w[EXCESS, i] = given[MODULUS_RATIO, i] - 1.0
+            w[P, i] = given[MODULUS_RATIO, i] - 1.0
         for index in range(pieces):
             for i in range(lanes):
                 if status[i] == (RUNNING if index == 0 else AT_END):

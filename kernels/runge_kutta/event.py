@@ -1,4 +1,4 @@
-"""Verdict on an attempted step: accept, reject, or adjust its length until it ends on an event.
+"""Decision on an attempted step: accept, reject, or adjust its length until it ends on an event.
 
 An event is the instability or the end of the piece, whichever comes first. Its function is the smaller of the
 distance to the instability and the time left: positive before the first event, not positive from there on. It is
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from .._jit import device
-from ..forms.formulations import Formulation, time_left
+from ..forms.formulation import Formulation, time_left
 from ..lane_state import (
     AT_END,
     ERROR,
@@ -34,10 +34,11 @@ from ..lane_state import (
     TRIAL,
 )
 
-# The time of failure is second order in what is left of the distance, and so is (25) read off at a regular form.
+# Time of failure and (25) at a regular form are second order in what is left of the distance: 1e-18, below rounding.
 DISTANCE_TOLERANCE = 1e-9
-ROUNDING = 4.4e-16
-# A located event at which the distance is still this large was a jump of the step map, not a zero.
+ROUNDING = 4.4e-16  # two units
+# A located event at which the distance is still this large was a jump of the numerical solution, not a zero: the square
+# root of the smallest rtol that can be asked for, 1e-12.
 LARGEST_RESIDUAL = 1e-6
 
 
@@ -60,8 +61,8 @@ def make_judge(
             return 0.0
         low = w[LOW, i]
         width = w[HIGH, i] - low
-        share = w[LOW_EVENT, i] / (w[LOW_EVENT, i] - w[HIGH_EVENT, i])
-        return low + width * min(max(share, 0.0), 1.0)
+        fraction = w[LOW_EVENT, i] / (w[LOW_EVENT, i] - w[HIGH_EVENT, i])
+        return low + width * min(max(fraction, 0.0), 1.0)
 
     @device
     def accept(w, i):

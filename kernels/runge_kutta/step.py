@@ -10,9 +10,12 @@ from ..lane_state import ERROR, INPUT, NEW, SLOPES, STATE, STATES, TIME, TRIAL
 from .tableaus import Row, Tableau
 
 
-def make_weighted_sum(weights: Row) -> Callable[..., Any]:
-    """Make ``weighted_sum(w, i, state)``: the slopes of one state, combined; zero weights cost nothing."""
-    terms = [(weight, SLOPES + STATES * stage) for stage, weight in enumerate(weights) if weight != 0.0]
+def make_weighted_sum(weights: Row, slopes: int = SLOPES, states: int = STATES) -> Callable[..., Any]:
+    """Make ``weighted_sum(w, i, state)``: the slopes of one state, combined; zero weights cost nothing.
+
+    ``slopes`` is the row of the first slope, ``states`` the number of rows of a stage.
+    """
+    terms = [(weight, slopes + states * stage) for stage, weight in enumerate(weights) if weight != 0.0]
     factors = tuple(weight for weight, _ in terms)
     first_rows = tuple(row for _, row in terms)
     count = len(terms)
@@ -46,13 +49,13 @@ def _nothing(w):
     """Fill an unused place of a sequence."""
 
 
-def _make_sequence(functions: list[Callable[..., Any]]) -> Callable[..., Any]:
+def make_sequence(functions: list[Callable[..., Any]]) -> Callable[..., Any]:
     """Make ``sequence(w)`` that calls functions one after the other.
 
     Every level of nesting is optimised anew by the compiler, so the calls stand side by side, six at a time.
     """
     if len(functions) > 6:
-        functions = [_make_sequence(functions[k : k + 6]) for k in range(0, len(functions), 6)]
+        functions = [make_sequence(functions[k : k + 6]) for k in range(0, len(functions), 6)]
     functions = functions + [_nothing] * (6 - len(functions))
     first, second, third, fourth, fifth, sixth = functions
 
@@ -75,7 +78,7 @@ def make_attempt(tableau: Tableau, derivative: Callable[..., Any]) -> Callable[.
         for stage, row in enumerate(tableau.rows)
     ]
     last = SLOPES + STATES * tableau.stages
-    return _make_sequence([*combinations, _make_combination(tableau.weights, NEW, derivative, last)])
+    return make_sequence([*combinations, _make_combination(tableau.weights, NEW, derivative, last)])
 
 
 @device

@@ -100,6 +100,7 @@ DOPRI5 = Tableau(
     source="Dormand and Prince 1980, J. Comput. Appl. Math. 6, 19-26",
 )
 
+# fmt: off
 _DOP853_WEIGHTS = _floats(
     0.054293734116568765, 0, 0, 0, 0, 4.450312892752409, 1.8915178993145003, -5.801203960010585,
     0.3111643669578199, -0.1521609496625161, 0.20136540080403034, 0.04471061572777259,
@@ -151,5 +152,6 @@ DOP853 = Tableau(
     error_order=8,
     source="Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., section II.10 (DOP853)",
 )
+# fmt: on
 
 TABLEAUS = {tableau.name: tableau for tableau in (RK4, DOPRI5, DOP853)}

@@ -7,21 +7,20 @@ from typing import Any
 import numpy as np
 
 from .._jit import Kernel, device
-from ..forms.formulations import FOLD_UNDER_LOAD, SECOND, THIRD
-from ..lane_state import AT_END, END, EXCESS, FAILS_AT_ONCE, RUNNING, SLOPES, STATE, TIME, rows
+from ..forms.fold import FOLD_UNDER_LOAD
+from ..forms.formulation import SECOND, THIRD
+from ..lane_state import AT_END, END, FAILS_AT_ONCE, RUNNING, SLOPES, STATE, TIME, P, rows
 from ..programs import Program
 from ..sweep import make_classify
 from .driver import make_advance, make_begin
 from .tableaus import Tableau
 
 # Types of the arguments of a trajectory.
-SIGNATURE = (
-    "float64[::1], float64[::1], float64[::1], float64[::1], float64, int64, float64[:, ::1], float64[:, ::1]"
-)
+SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64, int64, float64[:, ::1], float64[:, ::1]"
 
 
-def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) -> Kernel:
-    """Make the compiled ``trace(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal)``.
+def make_trajectory(program: Program, tableau: Tableau, control: Callable[..., Any]) -> Kernel:
+    """Make the compiled ``trajectory(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal)``.
 
     ``field``, ``rate``, ``modulus_ratio`` are (cells,) arrays, ``times`` (times,) ascending and not negative;
     ``stretch`` and ``internal`` (cells, times) are filled in, NaN from failure on. Each time ends a stretch of
@@ -36,7 +35,7 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
     block_rows = rows(tableau.stages)
 
     @device
-    def go_to(w, status, time, tolerance, attempts):
+    def integrate_to(w, status, time, tolerance, attempts):
         if time > w[STATE + TIME, 0]:
             w[END, 0] = time
             status[0] = RUNNING
@@ -46,13 +45,13 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
                 enter(w, 0)
                 derivative(w, 0, STATE, SLOPES)
 
-    def trace(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal):
+    def trajectory(field, rate, modulus_ratio, times, tolerance, attempts, stretch, internal):
         w = np.zeros((block_rows, 1))
         status = np.empty(1, np.int64)
         for cell in range(field.size):
             stretch[cell, :] = math.nan
             internal[cell, :] = math.nan
-            w[EXCESS, 0] = modulus_ratio[cell] - 1.0
+            w[P, 0] = modulus_ratio[cell] - 1.0
             if classify(field[cell], rate[cell], modulus_ratio[cell]) == FAILS_AT_ONCE:
                 continue
             status[0] = AT_END
@@ -64,13 +63,13 @@ def make_trace(program: Program, tableau: Tableau, control: Callable[..., Any]) 
                     break
                 piece_end = w[END, 0]
                 while sample < times.size and times[sample] <= piece_end and status[0] == AT_END:
-                    go_to(w, status, times[sample], tolerance, attempts)
+                    integrate_to(w, status, times[sample], tolerance, attempts)
                     if status[0] == AT_END:
                         stretch[cell, sample] = 1.0 / np.sqrt(w[STATE + SECOND, 0])
                         internal[cell, sample] = np.sqrt(w[STATE + THIRD, 0])
                         sample += 1
                 if status[0] == AT_END and piece_end < math.inf:
-                    go_to(w, status, piece_end, tolerance, attempts)
+                    integrate_to(w, status, piece_end, tolerance, attempts)
                     w[END, 0] = piece_end
 
-    return Kernel(trace, SIGNATURE)
+    return Kernel(trajectory, SIGNATURE)

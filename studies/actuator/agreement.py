@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
+from common.flags import flag
 
 import dea_maps as dm
-from dea_maps.limits.answers import BREAKDOWN
 
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
 RATIOS = (1.5, 2.0, dm.VHB.modulus_ratio, 10.0)
@@ -60,7 +60,7 @@ def _fields(count: int, rtol: float, strength: Strength | None) -> np.ndarray:
     found = dm.allowable_field(_cases(life), _cases(m), rtol=rtol, strength=strength)
     field = found.allowable_field.values
     if strength is not None:
-        chosen = found.limit.values == BREAKDOWN
+        chosen = (found.limit == flag(found.limit, "breakdown")).values
         m, life, field = m[chosen], life[chosen], field[chosen]
 
     def lost(E: np.ndarray) -> np.ndarray:
@@ -84,7 +84,7 @@ def _rates(count: int, rtol: float, strength: Strength | None) -> np.ndarray:
     found = dm.allowable_rate(_cases(aim), _cases(m), rtol=rtol, strength=strength)
     chosen = np.isfinite(found.allowable_rate.values)
     if strength is not None:
-        chosen &= found.limit.values == BREAKDOWN
+        chosen &= (found.limit == flag(found.limit, "breakdown")).values
     m, aim, rate = m[chosen], aim[chosen], found.allowable_rate.values[chosen]
 
     def reached(k: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ def _breakdowns(count: int, rtol: float, strength: Strength) -> np.ndarray:
     field = 1.0 + 0.9 * (np.sqrt(m) - 1.0)
     ds = dm.sweep(dm.RampHold(), field=_cases(field), rate=_cases(rate), modulus_ratio=_cases(m))
     found = dm.breakdown(ds, strength, rtol=rtol)
-    found = found.isel(case=found.first_limit.values == BREAKDOWN)
+    found = found.isel(case=(found.first_limit == flag(found.first_limit, "breakdown")).values)
     parameters = {name: _cases(found[name].values) for name in ("field", "rate", "modulus_ratio")}
     time = found.time_to_breakdown.values
 

@@ -8,12 +8,11 @@ mpl.use("Agg")
 import films
 import numpy as np
 import xarray as xr
+from common.flags import flag
+from common.internals import UniaxialFit, draw_fit
 from matplotlib import pyplot as plt
 
 import dea_maps as dm
-from dea_maps.charts.fit import draw_fit
-from dea_maps.limits.answers import BREAKDOWN
-from dea_maps.materials.fit import UniaxialFit
 
 DARK, ORANGE, BLUE, BROWN = "#08306b", "#d55e00", "#4292c6", "#7a3b00"
 DOTS_PER_INCH = 130
@@ -54,7 +53,7 @@ def map_in_volts(without: xr.Dataset, broken: xr.Dataset, path: Path) -> None:
 def ramps(ds: xr.Dataset, path: Path) -> None:
     """Draw the voltage and the area strain to which a ramp leads, against its rate."""
     figure, axes = plt.subplots(1, 2, figsize=(10.0, 3.8), layout="constrained")
-    lost = ds.first_limit == BREAKDOWN
+    lost = ds.first_limit == flag(ds.first_limit, "breakdown")
     voltage = ds.breakdown_voltage.where(lost, ds.critical_voltage)
     stretch = ds.breakdown_stretch.where(lost, ds.critical_stretch)
     panels = (

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import xarray as xr
+from common.flags import flag, word
 
 import dea_maps as dm
-from dea_maps.limits.answers import BREAKDOWN
 
 STRAIN, READY, HOLD = 0.20, 600.0, 3600.0  # the area strain asked for, when it must be there, until when held, in s
 ERROR = 0.05
@@ -69,7 +69,8 @@ def lifetime(material: dm.Material, field: np.ndarray) -> np.ndarray:
     ds = dm.sweep(dm.Step(), field=_cases(field / material.critical_field), modulus_ratio=ratio)
     if material.breakdown_strength is not None:
         ds = dm.breakdown(ds, material.strength)
-        ds["time_to_failure"] = ds.time_to_breakdown.where(ds.first_limit == BREAKDOWN, ds.time_to_failure)
+        lost = ds.first_limit == flag(ds.first_limit, "breakdown")
+        ds["time_to_failure"] = ds.time_to_breakdown.where(lost, ds.time_to_failure)
     return ds.time_to_failure.fillna(np.inf).values * material.relaxation_time
 
 
@@ -79,7 +80,7 @@ def crossover(material: dm.Material, shortest: float, longest: float) -> float:
         middle = np.sqrt(shortest * longest)
         time = middle / material.relaxation_time
         limit = dm.allowable_field(time, material.modulus_ratio, strength=material.strength).limit
-        shortest, longest = (middle, longest) if limit == BREAKDOWN else (shortest, middle)
+        shortest, longest = (middle, longest) if word(limit) == "breakdown" else (shortest, middle)
     return float(shortest)
 
 

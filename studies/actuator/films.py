@@ -7,12 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from common.internals import as_curves, material_of, read_specification, thinned, uniaxial_stress
 
 import dea_maps as dm
-from dea_maps.cli.specification import read_specification, thinned
-from dea_maps.materials.tension_data import as_curves
-from dea_maps.materials.toml import material_of
-from dea_maps.materials.uniaxial import uniaxial_stress
 
 HERE = Path(__file__).resolve().parent
 FREE, GROWING, CONSTANT = "no breakdown", "growing strength", "constant strength"

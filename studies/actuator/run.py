@@ -11,19 +11,19 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import agreement
 import charts
 import decision
 import films
 import numpy as np
 import tables
-
-import dea_maps as dm
-from dea_maps.materials.tension_data import read_curves
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+from common.internals import read_curves
 from common.machine import describe_machine
 from common.options import study_parser
+
+import dea_maps as dm
 
 
 def main() -> None:

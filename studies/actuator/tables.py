@@ -6,10 +6,10 @@ import decision
 import films
 import numpy as np
 import xarray as xr
+from common.flags import flag, word
+from common.internals import time_in_words
 
 import dea_maps as dm
-from dea_maps.limits.answers import BREAKDOWN, LIMITS
-from dea_maps.limits.voltages import time_in_words
 
 HOLDS = np.array([1.0, 10.0, 60.0, 600.0, 3600.0, 86400.0, 604800.0, np.inf])
 MARGINS = (0.01, 0.02, 0.05, 0.10, 0.20)
@@ -49,7 +49,7 @@ def borne(among: dict[str, dm.Material]) -> None:
         [
             time_in_words(hold),
             *(volts(float(growing.allowable_field[film, i]), (films.THIN, films.THICK)[film]) for film in (0, 1)),
-            LIMITS[int(growing.limit[0, i])],
+            word(growing.limit[0, i]),
             per_cent(float(growing.area_strain[0, i])),
             *(volts(float(found[name].allowable_field[1, i]), films.THICK) for name in (films.FREE, films.CONSTANT)),
         ]
@@ -93,7 +93,7 @@ def ramps(material: dm.Material) -> None:
     rate, ratio = RAMPS / one * material.relaxation_time, material.modulus_ratio
     ds = dm.breakdown(dm.sweep(dm.Ramp(), rate=rate, modulus_ratio=ratio), material.strength)
     ds = dm.physical(ds, material, films.THICK)
-    lost = ds.first_limit == BREAKDOWN
+    lost = ds.first_limit == flag(ds.first_limit, "breakdown")
     voltage = ds.breakdown_voltage.where(lost, ds.critical_voltage)
     stretch = ds.breakdown_stretch.where(lost, ds.critical_stretch)
     time = ds.seconds_to_breakdown.where(lost, ds.seconds_to_failure)
@@ -105,7 +105,7 @@ def ramps(material: dm.Material) -> None:
             f"{float(voltage[i]):.0f} V",
             per_cent(float(stretch[i]) ** 2 - 1.0),
             lost_after(float(time[i])),
-            LIMITS[int(ds.first_limit[i])],
+            word(ds.first_limit[i]),
         ]
         for i in range(RAMPS.size)
     ]
@@ -116,14 +116,13 @@ def ramps(material: dm.Material) -> None:
     free = dm.allowable_rate(stretches, ratio)
     bound = dm.allowable_rate(stretches, ratio, strength=material.strength)
     words = {"always": "any", "never": "none"}
-    reasons = free.reason.attrs["flag_meanings"].split()
     rows = []
     for i, area_strain in enumerate(STRAINS):
         cells = [per_cent(area_strain)]
         for found in (free, bound):
             known = float(found.allowable_rate[i]) * one / material.relaxation_time
-            cells.append(f"{known:.3g} V/s" if np.isfinite(known) else words[reasons[int(found.reason[i])]])
-        rows.append([*cells, LIMITS[int(bound.limit[i])]])
+            cells.append(f"{known:.3g} V/s" if np.isfinite(known) else words[word(found.reason[i])])
+        rows.append([*cells, word(bound.limit[i])])
     table("Fastest ramps to an area strain, 100 um", ["area strain", "no breakdown", "with it", "limited by"], rows)
 
 

@@ -14,16 +14,16 @@ import tempfile
 import time
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import matplotlib as mpl
 
 mpl.use("Agg")
 import numpy as np
 import xarray as xr
-from matplotlib import pyplot as plt
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+from matplotlib import pyplot as plt
 
 HERE = Path(__file__).resolve().parent
 VARIABLES = ("outcome", "time_to_failure", "critical_stretch")

@@ -7,12 +7,10 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from common.internals import CRITICAL_FIELD, TIME, Loads, State, equations_of_state, live
 from scipy.integrate import solve_ivp
 
 import dea_maps as dm
-from dea_maps.general.film import Loads, live
-from dea_maps.general.free_energy import CRITICAL_FIELD, State, equations_of_state
-from dea_maps.general.integrate import TIME
 
 RATIO = 4.0
 SCENES: dict[str, dict[str, float]] = {

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
+from common.internals import State, det_hessian, hessian
 
 import dea_maps as dm
-from dea_maps.general.free_energy import State, det_hessian, hessian
 
 Array = npt.NDArray[np.float64]
 RATIO = 4.0

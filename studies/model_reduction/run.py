@@ -9,30 +9,30 @@ behind README.md.
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import amounts
 import charts
 import modes
 import numpy as np
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
 
 RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]
 QUICK_SCENES = ["step at 1.2", "ramp at 1"]
-STATES = 100_000
-DIFFERENCES = (1e-4, 1e-3, 1e-2, 0.1, 0.3)
+STATES, QUICK_STATES = 100_000, 10_000
+DIFFERENCES, QUICK_DIFFERENCES = [1e-4, 1e-3, 1e-2, 0.1, 0.3], [1e-2, 0.3]
 SHOWN = 1e-7
 
 
 def main() -> None:
     """Measure, draw, write, print."""
-    options = study_parser(__file__, __doc__, quick="two tolerances in two scenes only").parse_args()
+    options = study_parser(__file__, __doc__, quick="few tolerances, scenes, differences and states").parse_args()
 
     scenes = QUICK_SCENES if options.quick else list(amounts.SCENES)
     data = amounts.measure(QUICK_RTOLS if options.quick else RTOLS, scenes)
-    unequal = modes.unequal_loads(list(DIFFERENCES), rtol=1e-11)
+    unequal = modes.unequal_loads(QUICK_DIFFERENCES if options.quick else DIFFERENCES, rtol=1e-11)
     charts.costs(data, options.output / "cost.png")
     charts.unequal(unequal, options.output / "unequal.png")
     whole = xr.merge([data, unequal])
@@ -40,7 +40,7 @@ def main() -> None:
     whole.to_netcdf(options.output / "model_reduction.nc")
 
     print_amounts(data)
-    print_modes()
+    print_modes(QUICK_STATES if options.quick else STATES)
     print_unequal(unequal)
     print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
@@ -69,10 +69,10 @@ def print_amounts(data: xr.Dataset) -> None:
     )
 
 
-def print_modes() -> None:
+def print_modes(states: int) -> None:
     """Print what random states say of the antisymmetric mode."""
     for dead_loads in (False, True):
-        found = modes.random_modes(STATES, dead_loads=dead_loads)
+        found = modes.random_modes(states, dead_loads=dead_loads)
         words = "with equal dead loads" if dead_loads else "without loads but the field"
         print(
             f"{found.states:,} random states {words}, and as many on the border: antisymmetric mode critical first at "

@@ -7,16 +7,22 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
+from common.internals import (
+    FORMULATIONS,
+    KERNEL_PROGRAMS,
+    SECOND,
+    TABLEAUS,
+    THIRD,
+    lane_state,
+    make_attempt,
+    make_begin,
+    make_error,
+    make_pi,
+    model,
+)
 from numpy.typing import NDArray
 
 import dea_maps as dm
-from dea_maps.kernels import lane_state, model
-from dea_maps.kernels.forms.formulations import FORMULATIONS, SECOND, THIRD
-from dea_maps.kernels.programs import PROGRAMS
-from dea_maps.kernels.runge_kutta.control import make_pi
-from dea_maps.kernels.runge_kutta.driver import make_begin
-from dea_maps.kernels.runge_kutta.step import make_attempt, make_error
-from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 MODULUS_RATIO = 4.0
 FIELDS = (0.95, 1.0 + 1e-4)
@@ -33,8 +39,8 @@ def states(method: str, formulation: str, field: float, latest: float) -> Iterat
     control = make_pi(tableau) if tableau.errors else None
     last = lane_state.SLOPES + lane_state.STATES * tableau.stages
     w = np.zeros((lane_state.rows(tableau.stages), 1))
-    w[lane_state.EXCESS] = MODULUS_RATIO - 1.0
-    make_begin(PROGRAMS["step"], form)(w, 0, 0, field, 0.0, 0.0 if control else STEPS[formulation])
+    w[lane_state.P] = MODULUS_RATIO - 1.0
+    make_begin(KERNEL_PROGRAMS["step"], form)(w, 0, 0, field, 0.0, 0.0 if control else STEPS[formulation])
     while form.distance(w, 0, lane_state.STATE) > 0.0:
         time = w[lane_state.STATE + lane_state.TIME, 0]
         yield time, w[lane_state.STATE + SECOND, 0], w[lane_state.STATE + THIRD, 0]
@@ -42,7 +48,7 @@ def states(method: str, formulation: str, field: float, latest: float) -> Iterat
             return
         w[lane_state.TRIAL] = w[lane_state.STEP]
         attempt(w)
-        error(w, form.share * RTOL)
+        error(w, form.tolerance_factor * RTOL)
         if control:
             control(w, 0, w[lane_state.TRIAL, 0])
         if w[lane_state.ERROR, 0] <= 1.0:

@@ -8,13 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from common.internals import FORMULATIONS, Tableau, lane_state, model
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
-from scenes import PROGRAMS, Scene
+from scenes import Scene
 
 import dea_maps as dm
-from dea_maps.kernels import lane_state, model
-from dea_maps.kernels.forms.formulations import FORMULATIONS
-from dea_maps.kernels.runge_kutta.tableaus import Tableau
 
 COMPLEX_STEP = 1e-30
 # The fold's law: a step of length h that ends at the instability may cost the stretch a share of c sqrt(h). It is drawn
@@ -59,7 +58,7 @@ def block(path: Path, formulation: str) -> NDArray[np.complex128]:
     w[lane_state.STATE] = path.time
     w[lane_state.STATE + 1] = path.stretch**-2 if regular else path.stretch
     w[lane_state.STATE + 2] = path.internal**2 if regular else path.internal
-    w[lane_state.EXCESS] = path.excess
+    w[lane_state.P] = path.excess
     w[lane_state.FIELD] = path.field
     w[lane_state.SLOPE] = path.rate
     return w

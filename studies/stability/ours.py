@@ -1,8 +1,9 @@
 """Maps of the methods of dea_maps: status codes straight from the kernels."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
+from common.internals import TABLEAUS, lane_state, sweep_for
 from numpy.typing import NDArray
 from scenes import Cells, Scene
 from verdicts import (
@@ -18,9 +19,6 @@ from verdicts import (
 )
 
 import dea_maps as dm
-from dea_maps.kernels import lane_state
-from dea_maps.kernels.build import sweep_for
-from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 # Attempted steps of a cell.
 BUDGET = 50_000
@@ -63,13 +61,6 @@ def fixed_cases() -> list[Case]:
     ]
 
 
-def fixed_kernel(case: Case, program: str):
-    """Compiled sweep with a fixed step, whatever error a method would estimate."""
-    name = f"{case.method} without an estimate"
-    TABLEAUS.setdefault(name, replace(TABLEAUS[case.method], errors=(), error_order=0))
-    return sweep_for(program, case.formulation, name)
-
-
 def run(kernel, cells: Cells, tolerance: float, step: float, budget: int) -> tuple[NDArray, NDArray]:
     """Return status and (time, stretch, field) of cells."""
     count = cells.field.size
@@ -105,7 +96,7 @@ def adaptive_map(case: Case, scene: Scene, values: NDArray, tolerances: NDArray)
 def fixed_map(case: Case, scene: Scene, values: NDArray, steps: NDArray) -> tuple[NDArray, NDArray]:
     """Return verdicts and errors, (steps, values) each."""
     program = scene.program(case.programs)
-    kernel = fixed_kernel(case, program)
+    kernel = sweep_for(program, case.formulation, case.method, adaptive=False)
     cells = scene.cells(program, values)
     kinds, sizes = [], []
     for step in steps:

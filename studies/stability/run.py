@@ -10,6 +10,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import drift
 import laws
@@ -18,15 +20,12 @@ import numpy as np
 import ours
 import theirs
 import xarray as xr
+from common.internals import TABLEAUS
+from common.machine import describe_machine
+from common.options import study_parser
 from numpy.typing import NDArray
 from scenes import SCENES, Scene
 from verdicts import NOT_SERVED, WORDS
-
-from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
-from common.machine import describe_machine
-from common.options import study_parser
 
 Measure = Callable[[Scene, NDArray, NDArray], tuple[NDArray, NDArray]]
 

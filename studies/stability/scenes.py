@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
 
 import dea_maps as dm
 
-PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
 MODULUS_RATIO = 4.0
 RATE = 1.0
 

@@ -4,12 +4,11 @@ import math
 import warnings
 
 import numpy as np
+from common.internals import model
 from numpy.typing import NDArray
 from scenes import Cells, Scene
 from scipy.integrate import solve_ivp
 from verdicts import BUDGET_SPENT, EVENT_MISSED, NOT_FINITE, STEP_COLLAPSED, TOLERANCES, errors, of_answers
-
-from dea_maps.kernels.model import CRITICAL_LOAD, CRITICAL_U, instant_gap, relative_u
 
 METHODS = ("RK45", "DOP853", "Radau", "BDF", "LSODA")
 # Calls of the right-hand side; and the time at which a solver that saw nothing is told to stop, in times to failure.
@@ -28,8 +27,8 @@ class RateForm:
         self.p = modulus_ratio - 1.0
         self.rate = rate
         self.calls = 0
-        margin = instant_gap(field, modulus_ratio) / modulus_ratio
-        self.start = (1.0 if rate > 0.0 else 1.0 / math.sqrt(CRITICAL_U * (1.0 + relative_u(margin))), 1.0)
+        margin = model.instant_gap(field, modulus_ratio) / modulus_ratio
+        self.start = (1.0 if rate > 0.0 else 1.0 / math.sqrt(model.CRITICAL_U * (1.0 + model.relative_u(margin))), 1.0)
 
     def __call__(self, time: float, state: NDArray[np.float64]) -> tuple[float, float]:
         """Rates of stretch and internal stretch; NaN where they have no number."""
@@ -39,7 +38,7 @@ class RateForm:
         p, stretch, xi = self.p, float(state[0]), float(state[1])
         try:
             xi_rate = stretch**2 * xi**-3 - stretch**-4 * xi**3
-            load_rate = 2.0 * CRITICAL_LOAD * self.rate**2 * time
+            load_rate = 2.0 * model.CRITICAL_LOAD * self.rate**2 * time
             coupling = p * (2.0 * xi**-3 * stretch**-2 + 4.0 * xi**3 * stretch**-8)
             factor = 8.0 * (1.0 + p * xi**4) * stretch**-9 - 2.0 * (1.0 + p * xi**-2) * stretch**-3
             return (load_rate + coupling * xi_rate) / factor, xi_rate

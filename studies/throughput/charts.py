@@ -28,7 +28,8 @@ def sizes(data: xr.Dataset, path: Path) -> None:
     """Draw trajectories per second and memory against the number of cells, for every number of threads."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 4.6), layout="constrained")
     most = data.threads.values.max()
-    for program, (colour, marker) in STYLES.items():
+    for program in data.program.values:
+        colour, marker = STYLES[program]
         for threads in data.threads.values:
             part = data.sel(program=program, threads=threads)
             single = threads == data.threads.values.min()
@@ -55,7 +56,8 @@ def sizes(data: xr.Dataset, path: Path) -> None:
 def limits(data: xr.Dataset, path: Path) -> None:
     """Draw trajectories per second against rtol, with the measured limit, and its share."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9.5, 4.6), layout="constrained")
-    for program, (colour, marker) in STYLES.items():
+    for program in data.program.values:
+        colour, marker = STYLES[program]
         look = {"color": colour, "marker": marker, "ms": 5, "lw": 1.4}
         left.plot(data.rtol, data.rate_by_rtol.sel(program=program), label=f"{program}, dm.sweep", **look)
         if program in data.limited.values:

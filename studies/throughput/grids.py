@@ -3,9 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-import dea_maps as dm
-
-PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
 RATIOS = 10
 
 

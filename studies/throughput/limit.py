@@ -12,17 +12,24 @@ from typing import Any
 import grids
 import numba
 import numpy as np
+from common.internals import (
+    LANES,
+    RESULTS,
+    TABLEAUS,
+    choose,
+    gauss_legendre,
+    integrate_nodes,
+    integrate_pole_part,
+    lane_state,
+    make_explicit,
+    quadrature,
+    rhs,
+    smooth_part,
+    solvers,
+    sweep_for,
+)
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
-
-from dea_maps.kernels import solvers
-from dea_maps.kernels.build import sweep_for
-from dea_maps.kernels.forms.area_strain import slope
-from dea_maps.kernels.hold import quadrature
-from dea_maps.kernels.lane_state import RUNNING
-from dea_maps.kernels.rising.explicit import make_explicit
-from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
-from dea_maps.kernels.sweep import LANES, RESULTS, in_blocks
-from dea_maps.sweeps.methods import choose
 
 REPEATS = 5
 STAGES = TABLEAUS["dop853"].stages
@@ -42,7 +49,7 @@ def _slopes(blocks: int) -> float:
     for _ in range(blocks):
         for stage in range(STAGES):
             for i in range(LANES):
-                w[4 + stage, i] = slope(w[0, i] + 1e-3 * stage, w[1, i], w[2, i], w[3, i])
+                w[4 + stage, i] = rhs(w[0, i] + 1e-3 * stage, w[1, i], w[2, i], w[3, i])
         for i in range(LANES):
             w[1, i] += 1e-12 * w[4, i]
     return w.sum()
@@ -58,7 +65,7 @@ def _nodes(blocks: int, nodes: NDArray[np.float64]) -> float:
     for _ in range(blocks):
         for node in nodes:
             for i in range(LANES):
-                total[i] += quadrature._smooth_part(w, i, node)[0]
+                total[i] += smooth_part(w, i, node)[0]
         for i in range(LANES):
             w[quadrature.HALF, i] *= 1.0 + 1e-15
     return total.sum()
@@ -87,7 +94,7 @@ def trajectories_per_second(program: str, cells: int, rtol: float) -> float:
     columns = grids.flat(program, cells)
     size = columns[0].size
     status, result = np.empty(size, np.int8), np.empty((RESULTS, size))
-    picked = choose(grids.PROGRAMS[program], "auto", "auto", rtol, None)
+    picked = choose(PROGRAMS[program], "auto", "auto", rtol, None)
     kernel = sweep_for(program, picked.formulation, picked.method)
     return size / _best(lambda: kernel(*columns, rtol, 0.0, 1_000_000, status, result))
 
@@ -96,28 +103,32 @@ def evaluations_per_trajectory(program: str, cells: int, rtol: float) -> float:
     """Count, on average over some cells, evaluations of the right-hand side or of the integrand."""
     columns = grids.flat(program, cells)
     size = columns[0].size
-    status, result = np.full(size, RUNNING), np.empty((RESULTS, size))
+    status, result = np.full(size, lane_state.RUNNING), np.empty((RESULTS, size))
     count = 0
     method = make_explicit(TABLEAUS["dop853"])
-    add_nodes = quadrature._integrate_nodes
 
     def attempt(w: NDArray[np.float64]) -> None:
         nonlocal count
         count += SLOPES
         method.attempt(w)
 
-    def integrate_nodes(w: NDArray[np.float64], first: int, end: int) -> None:
-        nonlocal count
-        count += end - first
-        add_nodes(w, first, end)
-
     with np.errstate(all="ignore"):
         if program == "step":
-            quadrature._integrate_nodes = integrate_nodes
-            try:
-                in_blocks(solvers.solve_step, quadrature.ROWS, 1)(*columns, rtol, 0.0, 1, status, result)
-            finally:
-                quadrature._integrate_nodes = add_nodes
-        else:
-            solvers.make_solve_ramp(method._replace(attempt=attempt), 1)(*columns, rtol, 0.0, 1, status, result)
+            return float(np.mean([nodes_of(field, ratio, rtol) for field, _, ratio in zip(*columns, strict=True)]))
+        solvers.make_solve_ramp(method._replace(attempt=attempt), 1)(*columns, rtol, 0.0, 1, status, result)
     return count / size
+
+
+def nodes_of(field: float, modulus_ratio: float, rtol: float) -> int:
+    """Count the nodes that a film under a constant field takes: those of every rule up to the one that is accurate."""
+    w, p = np.zeros((quadrature.ROWS, 1)), modulus_ratio - 1.0
+    quadrature.prepare(w, 0, field, p, quadrature.start_of_step(field, p))
+    integrate_pole_part(w)
+    count = 0
+    for rule in range(quadrature.first_rule(p, rtol), gauss_legendre.RULES):
+        first, end = gauss_legendre.OFFSETS[rule : rule + 2]
+        integrate_nodes(w, first, end)
+        count += end - first
+        if w[quadrature.ERROR, 0] <= rtol:
+            break
+    return count

@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import grids
 import limit
 import numpy as np
 import xarray as xr
@@ -30,11 +29,11 @@ def run(program: str, cells: int, repeats: int, rtols: tuple[float, ...], **envi
     return answer | {"whole": time.perf_counter() - before}
 
 
-def sizes(powers: range, threads: tuple[int, ...]) -> xr.Dataset:
+def sizes(programs: tuple[str, ...], powers: range, threads: tuple[int, ...]) -> xr.Dataset:
     """Return trajectories per second and memory (program, threads, size)."""
-    shape = (len(grids.PROGRAMS), len(threads), len(powers))
+    shape = (len(programs), len(threads), len(powers))
     rates, memory, counts, unresolved = (np.full(shape, np.nan) for _ in range(4))
-    for i, program in enumerate(grids.PROGRAMS):
+    for i, program in enumerate(programs):
         for j, number in enumerate(threads):
             for k, power in enumerate(powers):
                 repeats = 5 if power < 6 else 1 + (power == 6)
@@ -52,14 +51,14 @@ def sizes(powers: range, threads: tuple[int, ...]) -> xr.Dataset:
             "cells": (axes, counts, {"long_name": "number of cells", "units": "1"}),
             "unresolved": (axes, unresolved, {"long_name": "number of unresolved cells", "units": "1"}),
         },
-        coords={"program": list(grids.PROGRAMS), "threads": list(threads), "size": [10**power for power in powers]},
+        coords={"program": list(programs), "threads": list(threads), "size": [10**power for power in powers]},
     )
 
 
-def accuracies(cells: int, rtols: tuple[float, ...]) -> xr.Dataset:
+def accuracies(programs: tuple[str, ...], cells: int, rtols: tuple[float, ...]) -> xr.Dataset:
     """Return trajectories per second (program, rtol) in one thread."""
     rates = []
-    for program in grids.PROGRAMS:
+    for program in programs:
         found = run(program, cells, 3, rtols, NUMBA_NUM_THREADS="1")
         rates.append(found["cells"] / np.array(found["seconds"]))
     words = {"long_name": "trajectories per second of dm.sweep, one thread", "units": "s-1"}

@@ -9,31 +9,33 @@ of README.md.
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import measure
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+from common.programs import PROGRAMS
 
 QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
 
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = study_parser(__file__, __doc__, quick="small grids, cold start of one program")
+    parser = study_parser(__file__, __doc__, quick="small grids, one program")
     parser.add_argument("--huge", action="store_true", help="up to 1e8 cells, which takes 4 GB of memory or more")
     options = parser.parse_args()
     quick = options.quick
 
     rtols = QUICK_RTOLS if quick else measure.RTOLS
+    programs = ("step",) if quick else tuple(PROGRAMS)
     powers = range(4, 5) if quick else range(2, 9 if options.huge else 8)
     parts = [
         measure.limits(*((2_000, 20, 2_000) if quick else (100_000, 200, 100_000)), rtols),
-        measure.sizes(powers, (1, 2)),
-        measure.accuracies(10_000 if quick else 1_000_000, rtols),
-        measure.starts(("step",) if quick else tuple(measure.grids.PROGRAMS)),
+        measure.sizes(programs, powers, (1, 2)),
+        measure.accuracies(programs, 10_000 if quick else 1_000_000, rtols),
+        measure.starts(programs),
     ]
     data = xr.merge(parts).sortby("rtol", ascending=False)
     data.attrs["title"] = "Throughput of dea_maps"

@@ -10,7 +10,10 @@ import sys
 import time
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import grids
+from common.programs import PROGRAMS
 
 import dea_maps as dm
 
@@ -33,7 +36,7 @@ def megabytes() -> float:
 def main() -> None:
     """Sweep little once, then what counts."""
     name, cells, repeats, *rtols = sys.argv[1:]
-    program = grids.PROGRAMS[name]
+    program = PROGRAMS[name]
     dm.sweep(program, **grids.parameters(name, 100))
     before = resident()
     given = grids.parameters(name, int(cells))

@@ -5,13 +5,13 @@ import time
 
 import numpy as np
 import xarray as xr
-from measure import ATTEMPTS, FAILS_LATER, PROGRAMS, in_fold_region, serving
+from common.internals import choose, sweep_for
+from common.programs import PROGRAMS
+from measure import ATTEMPTS, FAILS_LATER, in_fold_region, serving
 from numpy.typing import NDArray
 from table import INPUTS
 
 import dea_maps as dm
-from dea_maps.kernels.build import sweep_for
-from dea_maps.sweeps.methods import choose
 
 RTOLS = (1e-3, 1e-6, 1e-9, 1e-12)
 CELLS = 768  # a multiple of the lanes of a block

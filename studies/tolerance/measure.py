@@ -7,16 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from common.internals import lane_state, sweep_for
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
 
 import dea_maps as dm
-from dea_maps.kernels import lane_state
-from dea_maps.kernels.build import sweep_for
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "tests" / "reference"))
 import table
 
-PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
 RESULTS = ("time_to_failure", "critical_stretch", "critical_field")
 CONDITIONS = ("condition_time", "condition_stretch", "condition_field")
 # What double precision itself may cost: this many times one and the condition number.

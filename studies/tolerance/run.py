@@ -9,16 +9,17 @@ and prints the tables of README.md.
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import cost
 import measure
 import numpy as np
 import scatter
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+from common.programs import PROGRAMS
 
 DECADES = range(3, 13)
 QUICK_DECADES = (3, 6, 9, 12)
@@ -32,7 +33,7 @@ def main() -> None:
     options = study_parser(__file__, __doc__, quick="few points, methods on their first formulation only").parse_args()
 
     rtols = [float(f"1e-{decade}") for decade in (QUICK_DECADES if options.quick else DECADES)]
-    tables = {name: measure.load(name, QUICK_STRIDE if options.quick else 1) for name in measure.PROGRAMS}
+    tables = {name: measure.load(name, QUICK_STRIDE if options.quick else 1) for name in PROGRAMS}
     data = measure.measure(tables, rtols, every_formulation=not options.quick)
     encoding = {name: {"zlib": True, "complevel": 6} for name in data.data_vars if data[name].dtype.kind in "fi"}
     for name in ("error", "of_allowed", "final_error"):
@@ -62,7 +63,7 @@ def print_methods(data: xr.Dataset) -> None:
     print("|---|---|---|" + "---|" * len(rtols))
     ratio = measure.counted(data) / data.rtol
     for case in data.case.values:
-        for program in measure.PROGRAMS:
+        for program in PROGRAMS:
             for where, chosen in measure.portions(data, case, program):
                 part = data.sel(case=case).isel(point=chosen)
                 if not chosen.any() or not part.served.any():

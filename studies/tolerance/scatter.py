@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from measure import ALLOWANCE, FAILS_LATER, PROGRAMS, RESULTS
+from common.programs import PROGRAMS
+from measure import ALLOWANCE, FAILS_LATER, RESULTS
 from numpy.typing import NDArray
 
 import dea_maps as dm

@@ -10,17 +10,17 @@ always there.
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import forms
 import measure
 import numpy as np
 import xarray as xr
-from scenes import SCENES, SIZES
-from truth import against_reference, doubt
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+from scenes import SCENES, SIZES
+from truth import against_reference, doubt
 
 LIBRARIES = ("dea_maps", "numba", "numpy", "scipy", "heyoka", "CyRK", "diffrax", "jax")
 

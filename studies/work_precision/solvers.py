@@ -4,15 +4,13 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from common.internals import choose, lane_state, sweep_for
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
 from scenes import Cases
 
 import dea_maps as dm
-from dea_maps.kernels import lane_state
-from dea_maps.kernels.build import sweep_for
-from dea_maps.sweeps.methods import choose
 
-PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
 RTOLS = tuple(float(f"1e-{decade}") for decade in range(3, 13))
 TOLERANCES = tuple(float(f"1e-{decade}") for decade in range(3, 15))
 ATTEMPTS = 20_000

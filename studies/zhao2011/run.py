@@ -9,20 +9,22 @@ writes, in out/zhao2011 unless told where, mechanics.png (Figs. 2 and 4), consta
 import sys
 from pathlib import Path
 
+sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
+
 import charts
 import numpy as np
 import scenes
 import xarray as xr
-
-sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 from common.machine import describe_machine
 from common.options import study_parser
+
+COMPARED = (1.01, 1.05, 1.2, 1.5, 1.9)  # fields at which both models are solved
 
 
 def main() -> None:
     """Compute, draw, write, print."""
     options = study_parser(__file__, __doc__, quick="fewer points on every curve").parse_args()
-    nodes = 60 if options.quick else 400
+    nodes, compared = (60, (1.2,)) if options.quick else (400, COMPARED)
 
     mechanics = xr.merge([scenes.relaxation(nodes), scenes.tension(nodes)], compat="override")
     held = scenes.constant_field(nodes)
@@ -42,7 +44,8 @@ def main() -> None:
     print("| where | the paper | its equations | holds |\n|---|---|---|---|")
     for claim in claims:
         print("|", " | ".join([claim.where, claim.says, claim.computed, "yes" if claim.holds else "no"]), "|")
-    print(f"\nfive states against one equibiaxial film, at failure: {scenes.full_against_reduced():.1e} at worst\n")
+    apart = scenes.full_against_reduced(compared)
+    print(f"\nfive states against one equibiaxial film, at failure: {apart:.1e} at worst\n")
     print(describe_machine("NumPy", "SciPy", "dea_maps"))
 
 

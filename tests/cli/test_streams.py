@@ -120,14 +120,15 @@ def test_a_name_that_is_not_utf_8(folder, capsys):
 # A command line whose parts are small and slow.
 SLOW = """
 import sys, time
-from dea_maps import cli, engines, streaming
-streaming.PART_CELLS = streaming.CHUNK_CELLS = 7
+from dea_maps.cli.main import main
+from dea_maps.files import engines, stream
+stream.PART_CELLS = stream.CHUNK_CELLS = 7
 real = engines.solve
 def solve(*arguments, **options):
     time.sleep(0.05)
     return real(*arguments, **options)
 engines.solve = solve
-sys.exit(cli.main(sys.argv[1:]))
+sys.exit(main(sys.argv[1:]))
 """
 
 

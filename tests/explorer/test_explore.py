@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
+from dea_maps.explorer import cells as explorer_cells
 from dea_maps.explorer import curves as explorer_curves
 from dea_maps.explorer.cells import cells_of, columns, plain_label, thinned
 from dea_maps.explorer.curves import curves_of
-from dea_maps.explorer import cells as explorer_cells
 
 pytest.importorskip("bokeh")
 

@@ -160,7 +160,7 @@ def test_an_opened_map_is_pickled(ds, tmp_path):
 FULL_DISK = """
 import resource, sys
 import xarray as xr, numpy as np
-from dea_maps.files.atomic import write_dataset
+from dea_maps.files.netcdf import write_dataset
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 try:
     write_dataset(xr.Dataset({"x": ("n", np.random.default_rng(1).random(100_000))}), sys.argv[1])

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -28,8 +29,9 @@ PARTS = 39
 RUN = """
 import sys, time
 import dea_maps as dm
-from dea_maps import cli, engines, streaming
-streaming.PART_CELLS = streaming.CHUNK_CELLS = 30
+from dea_maps.cli.main import main
+from dea_maps.files import engines, stream
+stream.PART_CELLS = stream.CHUNK_CELLS = 30
 dm.sweep(dm.RampHold(), field=1.2, rate=1.0, modulus_ratio=4.0)
 real = engines.solve
 def solve(*arguments, **options):
@@ -37,8 +39,22 @@ def solve(*arguments, **options):
     return real(*arguments, **options)
 engines.solve = solve
 print("ready", flush=True)
-sys.exit(cli.main(sys.argv[1:]))
+sys.exit(main(sys.argv[1:]))
 """
+# The same without imports for every run: a process that is forked, small parts and all, whenever a line arrives.
+FORKED = RUN.replace(
+    "sys.exit(main(sys.argv[1:]))",
+    """
+import os
+for line in sys.stdin:
+    process = os.fork()
+    if process == 0:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        os._exit(main(sys.argv[1:]))
+    print(process, flush=True)
+    print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+""",
+)
 
 
 @pytest.fixture(scope="module")
@@ -76,21 +92,39 @@ def assert_complete(folder, whole):
     assert sorted(os.listdir(folder)) == ["map.nc", "spec.toml"]
 
 
-def test_killed_at_any_moment(folder, whole):
+@pytest.fixture
+def forked(folder):
+    """Return a function that runs the sweep, killed after some seconds unless it has ended, and returns its status."""
+    command = [sys.executable, "-c", FORKED.replace("PAUSE", "0.01"), "sweep", "spec.toml", "-o", "map.nc"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(command, cwd=folder, text=True, **pipes) as parent:
+        assert parent.stdout.readline() == "ready\n"
+
+        def run(seconds=None):
+            print("run", file=parent.stdin, flush=True)
+            process = int(parent.stdout.readline())
+            if seconds is not None:
+                time.sleep(seconds)
+                with suppress(ProcessLookupError):
+                    os.kill(process, signal.SIGKILL)
+            return int(parent.stdout.readline())
+
+        yield run
+        parent.stdin.close()
+
+
+def test_killed_at_any_moment(folder, forked, whole):
     draw = random.Random(8)
     interrupted = 0
     for kill in range(30):
         # with the parts of all kills before: early ones hit the computing, late ones the file that is put together
-        process = started(folder, pause=0.01)
-        time.sleep(draw.uniform(0.0, 0.5))
-        process.kill()
-        process.communicate()
+        assert forked(draw.uniform(0.0, 0.5)) in {0, -signal.SIGKILL}
         if (folder / "map.nc").exists():
             xr.testing.assert_identical(xr.load_dataset(folder / "map.nc"), whole)
         else:
             interrupted += 1
         if kill % 6 == 5:
-            assert finish(folder)[0] == 0
+            assert forked() == 0
             assert_complete(folder, whole)
             (folder / "map.nc").unlink()
     assert interrupted >= 10

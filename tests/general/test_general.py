@@ -14,7 +14,7 @@ from dea_maps.cli.main import main
 from dea_maps.general.load_history import LoadHistory
 from dea_maps.general.run import free_energy as law
 
-sys.path.insert(0, str(Path(__file__).with_name("reference")))
+sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
 import scalar
 
 STATE = law.State(1.7, 1.2, 0.9, 1.3, 1.1)

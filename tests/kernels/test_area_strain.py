@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from dea_maps.kernels.forms import area_strain
-from dea_maps.kernels.rising import driver as ramp
 from dea_maps.kernels.rising import state as area_lanes
 from dea_maps.kernels.rising.explicit import make_explicit
 from dea_maps.kernels.rising.radau import RADAU5
+from dea_maps.kernels.rising.start import damping_for, prepare
 from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 
 mp = mpmath.MPContext()
@@ -20,13 +20,16 @@ U_STAR = mp.mpf(4) ** (-mp.mpf(1) / 3)
 E_C = mp.mpf(3) / 4 * mp.mpf(4) ** (-mp.mpf(1) / 3)
 METHODS = {"dop853": make_explicit(TABLEAUS["dop853"]), "dopri5": make_explicit(TABLEAUS["dopri5"]), "radau5": RADAU5}
 
+
 def load(stretch, internal, p):
     """(23)."""
     return (1 + p / internal**2) / stretch**2 - (1 + p * internal**4) / stretch**8
 
+
 def flow(stretch, internal):
     """(26): the rate of the internal stretch."""
     return stretch**2 / internal**3 - internal**3 / stretch**4
+
 
 def load_slopes(stretch, internal, p):
     """Derivatives of (23) with respect to the two stretches, term by term."""
@@ -74,10 +77,10 @@ def speed_of(k):
     return 2.0 * k * math.sqrt(float(E_C))
 
 
-def test_slope_is_that_of_the_paper():
+def test_rhs_is_that_of_the_paper():
     for v, y, p, k in states(400):
         expected = along_ramp(v, y, p, k).dy_dv
-        found = area_strain.slope(v, y, p, speed_of(k))
+        found = area_strain.rhs(v, y, p, speed_of(k))
         # dy/dv changes sign: what cancels there is of the size of 2 v u z e' / (e' + ...) at most
         size = max(abs(expected), 2 * v * y)
         assert abs(found - expected) <= 1e-12 * size, (v, y, p, k)
@@ -85,23 +88,23 @@ def test_slope_is_that_of_the_paper():
 
 @pytest.mark.parametrize("k", [1e-6, 1.0, 1e5])
 @pytest.mark.parametrize("p", [0.0, 1e-12, 3.0, 999.0])
-def test_slope_of_the_unloaded_film(p, k):
-    assert area_strain.slope(0.0, 0.0, p, speed_of(k)) == 0.0
+def test_rhs_of_the_unloaded_film(p, k):
+    assert area_strain.rhs(0.0, 0.0, p, speed_of(k)) == 0.0
     # xi = 1 at first: y = 1 - lambda**-2, from v**2 on
     v = 1e-9 * min(k, 1.0)
-    assert area_strain.slope(v, v * v / (1 + v * v), p, speed_of(k)) == pytest.approx(2 * v, rel=1e-6)
+    assert area_strain.rhs(v, v * v / (1 + v * v), p, speed_of(k)) == pytest.approx(2 * v, rel=1e-6)
 
 
-def test_growth_is_the_derivative_of_the_slope():
+def test_jacobian_is_the_derivative_of_the_rhs():
     for v, y, p, k in states(100):
         if y == 0.0:
             continue
         speed = speed_of(k)
-        f = area_strain.slope(v, y, p, speed)
+        f = area_strain.rhs(v, y, p, speed)
         step = mp.mpf(y) / 10**20
         expected = (along_ramp(v, y + step, p, k).dy_dv - along_ramp(v, y - step, p, k).dy_dv) / (2 * step)
         size = max(abs(expected), abs(f / y))
-        assert abs(area_strain.growth(v, y, f, p, speed) - expected) <= 1e-3 * size, (v, y, p, k)
+        assert abs(area_strain.jacobian(v, y, f, p, speed) - expected) <= 1e-3 * size, (v, y, p, k)
 
 
 def test_event_is_that_of_the_paper():
@@ -168,16 +171,16 @@ def start(name, m, k, rtol):
     """Return the lane of a film that is about to climb without end."""
     method = METHODS[name]
     w = np.zeros((method.rows, 1))
-    damping = ramp.damping_for(rtol) if method.late_start else math.inf
+    damping = damping_for(rtol) if method.late_start else math.inf
     w[area_lanes.RATE], w[area_lanes.FIELD], w[area_lanes.P] = k, math.inf, m - 1.0
-    with np.errstate(all="ignore"):  # where nothing is forgotten, a NaN is computed, and not taken
-        ramp.prepare(w, 0, rtol, method.share, damping)
+    with np.errstate(all="ignore"):  # where no entry exists, a NaN is computed, and not used
+        prepare(w, 0, rtol, method.tolerance_factor, damping)
     return w
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-12])
 @pytest.mark.parametrize("m", [1.0, 1.01, 4.0, 1000.0])
-def test_a_slow_ramp_begins_where_its_start_is_forgotten(m, rtol):
+def test_a_slow_ramp_begins_where_errors_of_its_start_have_decayed(m, rtol):
     late = 0
     for k in (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1):
         w = start("dop853", m, k, rtol)
@@ -186,7 +189,7 @@ def test_a_slow_ramp_begins_where_its_start_is_forgotten(m, rtol):
             assert y == 0.0
             continue
         late += 1
-        asked = ramp.damping_for(rtol)
+        asked = damping_for(rtol)
         assert asked >= -math.log(rtol)
         left = relaxations_left(v, m - 1.0, k)
         assert left >= asked

@@ -10,6 +10,7 @@ import time
 import warnings
 from pathlib import Path
 
+import filelock
 import numba
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ compiles_only = pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="no ma
 CALL = """
 import numpy as np
 from numba.core.event import install_recorder
-from dea_maps import solve
+from dea_maps.sweeps import solve
 from dea_maps.sweeps.methods import choose
 from dea_maps.programs import Step
 
@@ -64,7 +65,7 @@ def test_the_next_process_finds_the_code_and_an_edited_source_does_not(package):
 
     # A helper of the kernel, in another file than the one that is compiled: twice the critical stretch. And in the
     # user's cache folder, which is what is taken where nothing else is said.
-    source = package / "dea_maps" / "kernels" / "scenes.py"
+    source = package / "dea_maps" / "kernels" / "solvers.py"
     text = source.read_text()
     edited = text.replace("/ np.sqrt(CRITICAL_U)", "/ (0.5 * np.sqrt(CRITICAL_U))")
     assert edited != text
@@ -165,6 +166,61 @@ def test_threads_that_begin_at_once_wait_for_one_compilation(folder):
         thread.join()
     assert found == [14.0] * 4
     assert sum(kernel._machine._cache_misses.values()) == 1
+
+
+def lock_of(kernel):
+    """Return the file that another process locks while it compiles the same."""
+    return kernel._machine._cache._path(kernel._signature, kernel._machine.targetctx).with_suffix(".lock")
+
+
+@compiles_only
+def test_processes_that_begin_at_once_wait_for_one_compilation(folder):
+    first, second = scale_by(7.0), scale_by(7.0)  # as two processes would make it
+    compile_it, began = first._machine.compile, threading.Event()
+
+    def compile_slowly(signature):
+        began.set()
+        time.sleep(0.5)
+        compile_it(signature)
+
+    first._machine.compile = compile_slowly
+    thread = threading.Thread(target=first.prepare)
+    thread.start()
+    assert began.wait(60.0)
+    assert second(2.0) == 14.0
+    thread.join()
+    assert (sum(second._machine._cache_hits.values()), sum(second._machine._cache_misses.values())) == (1, 0)
+    assert len(list(folder.iterdir())) == 1
+
+
+@compiles_only
+def test_a_process_that_was_killed_keeps_nobody_waiting(folder):
+    kernel = scale_by(2.0)
+    folder.mkdir(parents=True)
+    lock_of(kernel).touch()
+    assert used(kernel, 3.0) == (True, 6.0)
+    assert len(list(folder.iterdir())) == 1
+
+
+@compiles_only
+def test_a_process_that_hangs_does_not_keep_others_waiting_for_ever(folder, monkeypatch):
+    monkeypatch.setattr(_cache, "LONGEST_WAIT", 0.1)
+    kernel = scale_by(2.0)
+    folder.mkdir(parents=True)
+    with filelock.FileLock(lock_of(kernel)):
+        assert used(kernel, 3.0) == (True, 6.0)
+        assert lock_of(kernel).exists()
+
+
+@compiles_only
+@pytest.mark.parametrize("error", [NotImplementedError, OSError(errno.ENOLCK, "No locks available")])
+def test_where_files_cannot_be_locked_kernels_are_compiled_all_the_same(folder, monkeypatch, error):
+    def refused(lock, timeout):
+        raise error
+
+    monkeypatch.setattr(_cache.FileLock, "acquire", refused)
+    assert used(scale_by(2.0), 3.0) == (True, 6.0)
+    assert used(scale_by(2.0), 3.0) == (False, 6.0)
 
 
 def empty(content):

@@ -12,7 +12,7 @@ from mpmath import mp, mpf
 import dea_maps as dm
 from dea_maps.kernels import build, lane_state, sweep
 from dea_maps.kernels._jit import device
-from dea_maps.kernels.forms.formulations import FORMULATIONS
+from dea_maps.kernels.forms import FORMULATIONS
 from dea_maps.kernels.programs import PROGRAMS, RAMP, field_at
 from dea_maps.kernels.runge_kutta.control import make_pi
 from dea_maps.kernels.runge_kutta.driver import make_solve

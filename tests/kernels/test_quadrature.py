@@ -11,7 +11,7 @@ import pytest
 
 from dea_maps.kernels import build, sweep
 from dea_maps.kernels.hold import near_instant, quadrature
-from dea_maps.kernels.hold.gauss_legendre import LADDER
+from dea_maps.kernels.hold.gauss_legendre import NODE_COUNTS
 
 mp = mpmath.MPContext()
 mp.dps = 40
@@ -27,12 +27,12 @@ def fields_of(m):
     top = math.sqrt(m)
     fields = [math.nextafter(1, 2), 1 + 1e-12, 1 + 1e-6, 1 + 1e-3, 0.5 * (1 + top)]
     fields += [top * (1 - gap) for gap in (1e-3, 1e-6, 1e-12)] + [math.nextafter(top, 0)]
-    fields += [math.sqrt(m - (m - 1) * near_instant.WIDEST * share) for share in (1.01, 0.99, 1e-3)]
+    fields += [math.sqrt(m - (m - 1) * near_instant.LARGEST_GAP * share) for share in (1.01, 0.99, 1e-3)]
     return sorted({field for field in fields if field > 1 and mp.mpf(field) ** 2 < m})
 
 
 ALL_POINTS = [(m, field) for m in FILMS for field in fields_of(m)]
-POINTS = [(m, field) for m, field in ALL_POINTS if m - mp.mpf(field) ** 2 >= near_instant.WIDEST * (mp.mpf(m) - 1)]
+POINTS = [(m, field) for m, field in ALL_POINTS if m - mp.mpf(field) ** 2 >= near_instant.LARGEST_GAP * (mp.mpf(m) - 1)]
 NEXT_TO_A_LIMIT = sorted(set(ALL_POINTS) - set(POINTS))
 NEXT_TO_A_LIMIT += [(1 + p, 1 + ulps * 2.0**-52) for p in (3e-6, 3e-5, 1e-3) for ulps in (1, 5, 20, 400)]
 
@@ -96,11 +96,11 @@ def lanes_of(w):
     return [(w[:, i], mp.mpf(m), mp.mpf(field)) for i, (m, field) in enumerate(POINTS)]
 
 
-def on_rung(w, rung):
-    """Times and estimated errors of all lanes on one rung of the ladder."""
-    rungs = np.full(w.shape[1], rung)
-    quadrature.integrate(w, rungs, math.inf)
-    assert np.all(rungs == quadrature.DONE)
+def by_rule(w, rule):
+    """Times and estimated errors of all lanes by one rule."""
+    rules = np.full(w.shape[1], rule)
+    quadrature.integrate(w, rules, math.inf)
+    assert np.all(rules == quadrature.DONE)
     return w[quadrature.FOUND].copy(), w[quadrature.ERROR].copy()
 
 
@@ -149,10 +149,10 @@ def test_line_goes_through_the_rest_of_the_integrand_at_the_poles(prepared):
 
 
 def test_what_the_poles_contribute(prepared):
-    on_rung(prepared, 0)
+    by_rule(prepared, 0)
     for w, point in zip(prepared.T, POINTS, strict=True):
         if far_from_the_poles(w, point):
-            assert w[quadrature.EXACT] == 0.0
+            assert w[quadrature.POLE_PART] == 0.0
             continue
         q, c = poles(w)
         ends = [exact(*point).end / U_STAR, exact(*point).start / U_STAR]
@@ -162,7 +162,7 @@ def test_what_the_poles_contribute(prepared):
             return w[quadrature.LINE_SLOPE] * logarithm + w[quadrature.LINE] / c * mp.atan((U - q) / c)
 
         expected = antiderivative(ends[1]) - antiderivative(ends[0])
-        assert abs(w[quadrature.EXACT] / expected - 1) <= ROUNDING
+        assert abs(w[quadrature.POLE_PART] / expected - 1) <= ROUNDING
 
 
 def test_ends_of_the_integral(prepared):
@@ -175,9 +175,9 @@ def test_ends_of_the_integral(prepared):
         assert w[quadrature.CENTRE] == pytest.approx(centre, rel=2e-15, abs=1e-14 * w[quadrature.HALF])
 
 
-@pytest.mark.parametrize("rung", range(len(LADDER)))
-def test_time_and_its_estimated_error(prepared, rung):
-    times, errors = on_rung(prepared, rung)
+@pytest.mark.parametrize("rule", range(len(NODE_COUNTS)))
+def test_time_and_its_estimated_error(prepared, rule):
+    times, errors = by_rule(prepared, rule)
     for point, time, error in zip(POINTS, times, errors, strict=True):
         true = abs(time / exact(*point).time - 1)
         assert true <= error + ROUNDING, (point, float(true), error)
@@ -185,30 +185,29 @@ def test_time_and_its_estimated_error(prepared, rung):
             assert error <= 1e5 * true, (point, float(true), error)
 
 
-def test_the_last_rung_leaves_nothing_but_rounding(prepared):
-    _, errors = on_rung(prepared, len(LADDER) - 1)
+def test_the_last_rule_leaves_nothing_but_rounding(prepared):
+    _, errors = by_rule(prepared, len(NODE_COUNTS) - 1)
     assert np.all(errors <= 4e-13)  # of rounding, which is taken into account
-    _, errors = on_rung(prepared, 0)
+    _, errors = by_rule(prepared, 0)
     assert np.count_nonzero(errors > 1e-7) > len(POINTS) / 4
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9, 1e-12])
-def test_lanes_end_on_the_first_rung_that_is_accurate_enough(prepared, rtol):
-    table = [on_rung(prepared, rung) for rung in range(len(LADDER))]
-    rungs = np.array([quadrature.first_rung(m - 1.0, rtol) for m, _ in POINTS])
-    begun = rungs.copy()
-    quadrature.integrate(prepared, rungs, rtol)
-    assert np.all(rungs == quadrature.DONE)
+def test_lanes_end_on_the_first_rule_that_is_accurate_enough(prepared, rtol):
+    table = [by_rule(prepared, rule) for rule in range(len(NODE_COUNTS))]
+    rules = np.array([quadrature.first_rule(m - 1.0, rtol) for m, _ in POINTS])
+    begun = rules.copy()
+    quadrature.integrate(prepared, rules, rtol)
+    assert np.all(rules == quadrature.DONE)
     for i, found in enumerate(prepared[quadrature.FOUND]):
-        rung = next(rung for rung in range(begun[i], len(LADDER)) if table[rung][1][i] <= rtol)
-        assert found == table[rung][0][i]
-
+        rule = next(rule for rule in range(begun[i], len(NODE_COUNTS)) if table[rule][1][i] <= rtol)
+        assert found == table[rule][0][i]
 
 
 def test_what_is_not_accurate_enough_is_not_found(prepared):
-    rungs = np.zeros(len(POINTS), int)
-    quadrature.integrate(prepared, rungs, -1.0)
-    assert np.all(rungs != quadrature.DONE)
+    rules = np.zeros(len(POINTS), int)
+    quadrature.integrate(prepared, rules, -1.0)
+    assert np.all(rules != quadrature.DONE)
     assert np.all(np.isnan(prepared[quadrature.FOUND]))
 
 

@@ -12,10 +12,9 @@ from scipy.integrate import solve_ivp
 
 import dea_maps as dm
 from dea_maps.kernels import solvers, sweep
-from dea_maps.kernels.forms.area_strain import growth, slope
+from dea_maps.kernels.forms.area_strain import jacobian, rhs
 from dea_maps.kernels.lane_state import FAILED, RUNNING
-from dea_maps.kernels.rising import driver as ramp
-from dea_maps.kernels.rising import radau
+from dea_maps.kernels.rising import control, radau
 from dea_maps.kernels.rising import state as lane
 
 A = np.array(
@@ -84,8 +83,8 @@ def block(m, k, v, y, length):
 
 def set_slopes(w):
     state = [w[row, 0] for row in (lane.P, lane.SPEED)]
-    w[lane.SLOPES] = slope(w[lane.V, 0], w[lane.Y, 0], *state)
-    w[lane.GROWTH] = growth(w[lane.V, 0], w[lane.Y, 0], w[lane.SLOPES, 0], *state)
+    w[lane.SLOPES] = rhs(w[lane.V, 0], w[lane.Y, 0], *state)
+    w[lane.JACOBIAN] = jacobian(w[lane.V, 0], w[lane.Y, 0], w[lane.SLOPES, 0], *state)
 
 
 def advance(m, k, v, y, until, steps):
@@ -146,7 +145,7 @@ def test_a_stiff_step_damps(m):
         y = slow_manifold(v, k)
         w = np.hstack([block(m, k, v, y, factor * length), block(m, k, v, 1.01 * y, factor * length)])
         radau.RADAU5.attempt(w)
-        stiffness = factor * length * w[lane.GROWTH, 0]
+        stiffness = factor * length * w[lane.JACOBIAN, 0]
         assert stiffness < -100
         ratios.append(abs(w[lane.NEW, 1] - w[lane.NEW, 0]) / (0.01 * y))
         assert ratios[-1] < 3 * abs(stability(stiffness))
@@ -160,8 +159,8 @@ def test_a_long_step_over_growing_errors_is_refused():
         w = block(4.0, 1e-6, 0.75, slow_manifold(0.75, 1e-6), length)
         radau.RADAU5.attempt(w)
         here = [w[row, 0] for row in (lane.P, lane.SPEED)]
-        f = slope(0.75 + length, w[lane.NEW, 0], *here)
-        assert (length * growth(0.75 + length, w[lane.NEW, 0], f, *here) > 0.7) == refused
+        f = rhs(0.75 + length, w[lane.NEW, 0], *here)
+        assert (length * jacobian(0.75 + length, w[lane.NEW, 0], f, *here) > 0.7) == refused
         assert (radau.RADAU5.error(w, 0, 1.0) == math.inf) == refused
 
 
@@ -180,7 +179,7 @@ def attempts(m, k, rtol):
     with np.errstate(all="ignore"):  # steps that are too long may give NaN
         solvers.make_solve_ramp(method, lanes=1)(*cell, rtol, 0.0, 1000, status, result)
     assert status[0] == FAILED
-    assert count < ramp.ATTEMPTS
+    assert count < control.ATTEMPTS
     return count
 
 

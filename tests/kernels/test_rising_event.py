@@ -109,10 +109,10 @@ class Ramp:
 
 
 def end_of_climb(status, reached, i):
-    """Field and xi where a climb ended: its last state is close to the end, the rest is a share of the slope there."""
-    share = 1.0 if status[i] == AT_END else 0.5
-    field = math.sqrt(1 + reached[area_lanes.REACHED_EXCESS, i] / E_C)
-    return field, math.sqrt(solvers._internal(reached, i, share))
+    """Field and xi where a climb ended: a state close to the end, and a fraction of the slope there."""
+    fraction = 1.0 if status[i] == AT_END else 0.5
+    field = math.sqrt(1 + reached[area_lanes.REACHED_LOAD_EXCESS, i] / E_C)
+    return field, math.sqrt(solvers._square_of_internal(reached, i, fraction))
 
 
 @pytest.mark.parametrize(("m", "k"), [(1.01, 0.01), (4.0, 0.01), (4.0, 1.0), (4.0, 100.0), (100.0, 0.3)])

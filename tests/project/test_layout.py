@@ -1,6 +1,7 @@
 """The layout: rooms whose imports run one way, one interface to the kernels, light imports."""
 
 import ast
+import re
 import subprocess
 import sys
 import tomllib
@@ -16,8 +17,20 @@ HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib",
 
 # Rooms of dea_maps, from below: each may import those before it, and none of its own rank.
 RANKS = (
-    {"nomenclature", "checks", "plausibility", "printable", "notices", "atomic", "netcdf_lock",
-     "pieces", "programs", "program_text", "csv_tables", "toml_tables"},
+    {
+        "nomenclature",
+        "checks",
+        "plausibility",
+        "printable",
+        "notices",
+        "atomic",
+        "netcdf_lock",
+        "pieces",
+        "programs",
+        "program_text",
+        "csv_tables",
+        "toml_tables",
+    },
     {"sweeps"},
     {"materials"},
     {"limits", "general"},
@@ -135,6 +148,11 @@ def test_every_public_name_is_there():
         assert getattr(dm, name) is not None
     with pytest.raises(AttributeError, match="module 'dea_maps' has no attribute 'sweeper'"):
         dm.sweeper  # noqa: B018
+
+
+def test_help_lists_every_public_name():
+    listed = re.findall(r"\w+", dm.__doc__.split("::\n")[1].split("Examples")[0])
+    assert set(dm.__all__) - set(listed) == {"__version__"}
 
 
 def test_functions_are_not_hidden_by_modules():

@@ -11,7 +11,7 @@ import pytest
 
 import dea_maps as dm
 from dea_maps.cli.main import main
-from dea_maps.nomenclature import OUTCOMES, VARIABLES
+from dea_maps.nomenclature import OUTCOMES
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -100,8 +100,8 @@ def test_the_specification_is_one(small_checkout):
 def test_variables_are_those_of_a_data_set():
     ds = dm.sweep(dm.Step(), field=1.2, modulus_ratio=4.0)
     table = rows("The data set")
-    assert [row[:2] for row in table] == [[name, str(ds[name].dtype)] for name in VARIABLES]
-    assert list(ds.data_vars) == list(VARIABLES)
+    assert [row[:2] for row in table] == [[name, str(ds[name].dtype)] for name in dm.RampHold().results]
+    assert list(ds.data_vars) == list(dm.RampHold().results)
     assert table[0][2] == ", ".join(f"{value} {word}" for value, word in enumerate(OUTCOMES))
 
 

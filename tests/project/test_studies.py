@@ -1,10 +1,13 @@
 """The studies: each runs small, says where it ran, and shows the figures that its page names."""
 
+import ast
+import doctest
 import re
 import shutil
 import subprocess
 import sys
 import tomllib
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +22,8 @@ STUDIES = Path(__file__).parents[2] / "studies"
 sys.path.append(str(STUDIES))
 from common.options import study_parser  # noqa: E402 -- found once the line above is read
 
+SCRIPTS = sorted(STUDIES.rglob("*.py"))
+DOOR = STUDIES / "common" / "internals.py"
 RUNS = sorted(STUDIES.glob("*/run.py"))
 PAGES = sorted(STUDIES.glob("*/README.md"))
 FIGURE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")
@@ -53,6 +58,19 @@ def test_study_runs_small_and_changes_nothing_that_is_tracked(study, copied, tmp
     assert kinds >= {".png", ".nc"}
     assert contents(copied / "studies") == before
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.relative_to(STUDIES).as_posix())
+def test_what_is_not_public_comes_through_one_door(path):
+    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    modules = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
+    modules |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    assert not any(str(name).startswith("dea_maps.") for name in modules) or path == DOOR
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in (STUDIES / "common").glob("*.py")))
+def test_examples_of_what_studies_share(name):
+    assert doctest.testmod(import_module(f"common.{name}")).failed == 0
 
 
 def test_study_writes_where_it_is_told(tmp_path):

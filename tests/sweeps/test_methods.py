@@ -23,6 +23,16 @@ def test_methods_say_what_they_are():
         assert all(set(names) <= set(PROGRAMS) for names in method.serves.values())
 
 
+def test_methods_print_as_a_table():
+    lines = str(dm.methods()).splitlines()
+    assert len(lines) == 1 + len(dm.methods())
+    starts = [lines[0].index(word) for word in lines[0].split()]
+    for line, method in zip(lines[1:], dm.methods(), strict=True):
+        cells = [line[start:end].strip() for start, end in zip(starts, [*starts[1:], None], strict=True)]
+        listed = [", ".join(names) for names in (method.formulations, method.programs)]
+        assert cells == [method.name, str(method.order or "any"), method.kind, *listed]
+
+
 def test_names_are_unique():
     names = [method.name for method in dm.methods()]
     assert len(set(names)) == len(names)

@@ -15,7 +15,7 @@ import dea_maps as dm
 from dea_maps.kernels import build as kernel_build
 from dea_maps.kernels import solvers, sweep
 from dea_maps.kernels.lane_state import BUDGET_SPENT, FAILED, RUNNING
-from dea_maps.kernels.rising import driver as ramp
+from dea_maps.kernels.rising import control
 from dea_maps.kernels.rising.explicit import make_explicit
 from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
 from dea_maps.sweeps import run as sweeping
@@ -252,7 +252,7 @@ def test_work_in_the_promised_region(m):
 @pytest.mark.parametrize("m", [1.0, LARGEST])
 def test_work_is_bounded(m, rate):
     attempts, status = climb(m, rate, 1e-12)
-    assert attempts <= ramp.ATTEMPTS <= 10_000
+    assert attempts <= control.ATTEMPTS <= 10_000
     assert status in {FAILED, BUDGET_SPENT}
 
 

@@ -76,7 +76,7 @@ def test_survives_up_to_the_relaxed_critical_field(program, field):
     given = {"rate": 1.0} if "rate" in program.parameters else {}
     ds = dm.sweep(program, field=field, modulus_ratio=[1.0 + 1e-9, 4.0, 900.0], **given)
     assert (ds.outcome == SURVIVES).all()
-    u = ds.final_stretch.values ** -2.0
+    u = ds.final_stretch.values**-2.0
     np.testing.assert_allclose(u - u**4, 0.75 * 4.0 ** (-1.0 / 3.0) * field**2, atol=1e-15)
     assert np.all(ds.final_stretch <= ROOT2 * (1 + 1e-15))
 
@@ -87,9 +87,10 @@ def test_fails_at_once_exactly_from_the_square_root_of_the_modulus_ratio(ratio):
     fields = [math.nextafter(root, 0.0), root, math.nextafter(root, 9e9)]
     ds = dm.sweep(dm.Step(), field=fields, modulus_ratio=ratio)
     # Whole numbers decide: the square of a float against another float.
-    at_once = [n * n * q >= p * d * d for n, d, p, q in (
-        (*field.as_integer_ratio(), *ratio.as_integer_ratio()) for field in fields
-    )]
+    at_once = [
+        n * n * q >= p * d * d
+        for n, d, p, q in ((*field.as_integer_ratio(), *ratio.as_integer_ratio()) for field in fields)
+    ]
     np.testing.assert_array_equal(ds.outcome.values == FAILS_AT_ONCE, at_once)
     failed = ds.isel(field=2)
     assert failed.time_to_failure == 0.0
