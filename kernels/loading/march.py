@@ -261,8 +261,6 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[Q, i] = q if accepted else w[Q, i]
             w[GROWTH, i] = growth if accepted else w[GROWTH, i]
             w[RATE_OF_X, i] = rate_of_x if accepted else w[RATE_OF_X, i]
-            w[LEAST, i] = min(w[LEAST, i], w[X, i])
-            w[MOST, i] = max(w[MOST, i], w[X, i])
 
             # At rest under a held field: there is nothing more to come in this piece.
             away = w[SLOPES, i] / w[GROWTH, i]
@@ -272,6 +270,9 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
+            w[X, i] = w[X, i] - w[RATE_OF_X, i] / w[GROWTH, i] if rest else w[X, i]
+            w[LEAST, i] = min(w[LEAST, i], w[X, i])
+            w[MOST, i] = max(w[MOST, i], w[X, i])
             w[GAIN, i] += -remaining if rest else 0.0
 
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
