@@ -227,9 +227,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
                 x * (3.0 - 2.0 * share) - v1 * left
             )
             margin = 1.0 + w[RESOLUTION, i]
-            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (
-                between > margin * max(x0, x, w[MOST, i])
-            )
+            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (between > margin * max(x0, x, w[MOST, i]))
             extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
             accepted = good & (not missed) & (not extreme)
 
