@@ -289,8 +289,8 @@ class Sequence(Program):
                 raise TypeError(f"piece {number} must be a Hold, Linear, Jump or Sine; got {brief(piece)}")
         check_repeat(self.repeat)
         pieces = tuple(self.pieces)
-        loading = [piece for piece in pieces if not isinstance(piece, Hold)]
-        fields = [piece.amplitude if isinstance(piece, Sine) else piece.to for piece in loading]
+        fields: list[Argument] = [piece.to for piece in pieces if isinstance(piece, Linear | Jump)]
+        fields += [piece.amplitude for piece in pieces if isinstance(piece, Sine)]
         if not any(isinstance(value, str) or value != 0.0 for value in fields):
             raise ValueError("pieces must load the film: at least one Jump, Linear or Sine to a field other than 0")
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]

@@ -128,7 +128,8 @@ def solve(
         found = found._replace(
             largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
         )
-    return found._replace(**{name: None for name in VARIABLES if name not in program.results})
+    absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in program.results)
+    return found._replace(**absent)
 
 
 def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
