@@ -266,7 +266,7 @@ def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     linear = part if table.endless else np.minimum(part, 1.0)
     rising = one + (other - one) * np.where(duration > 0.0, linear, 1.0)
     sine = one + other * np.sin(2.0 * math.pi * np.minimum(elapsed, duration) / np.where(period > 0.0, period, 1.0))
-    return np.where(table.kind[piece] == SINE, sine, rising)
+    return np.asarray(np.where(table.kind[piece] == SINE, sine, rising))
 
 
 def loading_time(program: Program, parameters: Parameters) -> Float:
