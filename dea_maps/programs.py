@@ -37,12 +37,15 @@ class Program:
     kinds : mapping of str to str
         The parameters that a sweep varies, beside the modulus ratio, and the kind of each, see
         `dea_maps.nomenclature.KINDS`.
+    parameters : tuple of str
+        Their names.
     """
 
     name: str
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
+    parameters: tuple[str, ...]
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Find the parameters of a program whose pieces are its class's."""
@@ -50,11 +53,7 @@ class Program:
         if "pieces" in cls.__dict__ and isinstance(cls.pieces, tuple):
             found = kinds_of(cls.pieces)
             cls.kinds = MappingProxyType({name: found[name] for name in PARAMETERS if name in found})
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return tuple(self.kinds)
+            cls.parameters = tuple(cls.kinds)
 
     @property
     def repeats(self) -> int:
@@ -298,6 +297,7 @@ class Sequence(Program):
             raise ValueError("nothing can follow a Linear without end, whose value is infinite")
         object.__setattr__(self, "pieces", pieces)
         object.__setattr__(self, "kinds", MappingProxyType(kinds_of(pieces)))
+        object.__setattr__(self, "parameters", tuple(self.kinds))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by what it was made of."""
@@ -333,6 +333,7 @@ class Waveform(Program):
     repeat: bool = False
     name = "waveform"
     kinds = MappingProxyType({"field": "field"})
+    parameters = ("field",)
 
     def __post_init__(self) -> None:
         """Check the samples."""
