@@ -132,7 +132,7 @@ def program_of(attributes: Mapping[Any, Any]) -> Program:
             )
         if known is Sequence:
             tables = json.loads(attributes["program_pieces"])
-            pieces = [piece_of(table, f"piece {number}") for number, table in enumerate(tables, 1)]
+            pieces = tuple(piece_of(table, f"piece {number}") for number, table in enumerate(tables, 1))
             return Sequence(pieces, json.loads(attributes["program_repeat"]))
         return known()
     except (KeyError, TypeError, json.JSONDecodeError) as error:

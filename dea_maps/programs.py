@@ -37,12 +37,15 @@ class Program:
     kinds : mapping of str to str
         The parameters that a sweep varies, beside the modulus ratio, and the kind of each, see
         `dea_maps.nomenclature.KINDS`.
+    parameters : tuple of str
+        Their names.
     """
 
     name: str
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
+    parameters: tuple[str, ...]
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Find the parameters of a program whose pieces are its class's."""
@@ -50,11 +53,7 @@ class Program:
         if "pieces" in cls.__dict__ and isinstance(cls.pieces, tuple):
             found = kinds_of(cls.pieces)
             cls.kinds = MappingProxyType({name: found[name] for name in PARAMETERS if name in found})
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of the parameters."""
-        return tuple(self.kinds)
+            cls.parameters = tuple(cls.kinds)
 
     @property
     def repeats(self) -> int:
@@ -289,8 +288,8 @@ class Sequence(Program):
                 raise TypeError(f"piece {number} must be a Hold, Linear, Jump or Sine; got {brief(piece)}")
         check_repeat(self.repeat)
         pieces = tuple(self.pieces)
-        loading = [piece for piece in pieces if not isinstance(piece, Hold)]
-        fields = [piece.amplitude if isinstance(piece, Sine) else piece.to for piece in loading]
+        fields: list[Argument] = [piece.to for piece in pieces if isinstance(piece, Linear | Jump)]
+        fields += [piece.amplitude for piece in pieces if isinstance(piece, Sine)]
         if not any(isinstance(value, str) or value != 0.0 for value in fields):
             raise ValueError("pieces must load the film: at least one Jump, Linear or Sine to a field other than 0")
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]
@@ -298,6 +297,7 @@ class Sequence(Program):
             raise ValueError("nothing can follow a Linear without end, whose value is infinite")
         object.__setattr__(self, "pieces", pieces)
         object.__setattr__(self, "kinds", MappingProxyType(kinds_of(pieces)))
+        object.__setattr__(self, "parameters", tuple(self.kinds))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by what it was made of."""
@@ -333,6 +333,7 @@ class Waveform(Program):
     repeat: bool = False
     name = "waveform"
     kinds = MappingProxyType({"field": "field"})
+    parameters = ("field",)
 
     def __post_init__(self) -> None:
         """Check the samples."""

@@ -110,7 +110,7 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
     """
     kinds = kinds_in(ds.coords, ds.attrs)
     twin = si_name(name, kinds.get(name))
-    if units == "si" and twin in ds.variables:
+    if units == "si" and twin is not None and twin in ds.variables:
         name = twin
     values = ds[name].astype(np.float64)
     if name in NOMENCLATURE or name in kinds:

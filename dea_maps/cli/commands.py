@@ -55,7 +55,7 @@ def sweep(arguments: argparse.Namespace) -> None:
         say(describe_plan(plan, arguments.fresh))
         return
     if plan.film is not None and not arguments.quiet:
-        say(scales_of(plan.hollow()))
+        say(str(scales_of(plan.hollow())))
     progress = sys.stderr.isatty() and not arguments.quiet
     sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
     if not arguments.quiet:

@@ -148,7 +148,7 @@ def _sequence(table: Mapping[str, Any], ones: Mapping[str, float]) -> Sequence:
     units = {kind: 1.0 / one for kind, one in ones.items()}
     try:
         numbered = enumerate(table["pieces"], 1)
-        pieces = [piece_of(piece, f"program.pieces, piece {number}", units) for number, piece in numbered]
+        pieces = tuple(piece_of(piece, f"program.pieces, piece {number}", units) for number, piece in numbered)
         return Sequence(pieces, table.get("repeat", False))
     except TypeError as error:
         raise ValueError(str(error)) from None

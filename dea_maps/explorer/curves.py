@@ -1,6 +1,6 @@
 """The trajectory of every cell of a page to explore: each on a time scale of its own, packed in few bytes."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -108,7 +108,7 @@ def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.Dat
     """Return the stretches at failure and after full relaxation, computed again where the map is without them."""
     ds = cells.ds
     if "critical_stretch" not in ds or "final_stretch" not in ds:
-        plain = {name: array.reset_coords(drop=True) for name, array in parameters.items()}
+        plain: dict[str, Any] = {name: array.reset_coords(drop=True) for name, array in parameters.items()}
         again = sweep(
             cells.program,
             **plain,

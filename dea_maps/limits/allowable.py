@@ -98,14 +98,14 @@ def allowable(
     if kinds[parameter] == "field":
         scale = np.sqrt(cells["modulus_ratio"])
         low, high = low * scale, high * scale
-    value, reason = _search(program, parameter, cells, low, high, wanted, rtol, tight)
+    found, reason = _search(program, parameter, cells, low, high, wanted, rtol, tight)
     dims = grid.dims
     flags = {"flag_values": np.arange(len(REASONS), dtype=np.int8), "flag_meanings": " ".join(REASONS)}
     words = f"largest {parameter.replace('_', ' ')} with which a film lasts"
     coords = {name: variable for name, variable in grid.coords.items() if name != parameter}
     return xr.Dataset(
         {
-            "allowable": (dims, value.reshape(grid.shape), {"long_name": words, "units": "1"}),
+            "allowable": (dims, found.reshape(grid.shape), {"long_name": words, "units": "1"}),
             "reason": (
                 dims,
                 reason.reshape(grid.shape),

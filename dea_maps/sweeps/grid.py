@@ -89,17 +89,17 @@ def make_grid(program: Program, **given: ParameterLike | None) -> Grid:
     (('field', 'modulus_ratio'), (3, 2))
     """
     kinds = kinds_taken(program)
-    given = {name: value for name, value in given.items() if value is not None}
+    values = {name: value for name, value in given.items() if value is not None}
     takes = f"{program.name!r}, which takes {' and '.join((*program.parameters, 'modulus_ratio'))}"
     for name in (*program.parameters, "modulus_ratio"):
-        if name not in given:
+        if name not in values:
             raise ValueError(f"{name} is missing for the program {takes}")
-    for name, value in given.items():
+    for name, value in values.items():
         if name not in kinds:
             raise ValueError(f"{name} = {brief(value)} is not a parameter of the program {takes}")
-    if "prestretch" in given and "stress" in given:
+    if "prestretch" in values and "stress" in values:
         raise ValueError("prestretch and stress must not both be given: either stands for the dead load")
-    arrays = {name: as_data_array(name, given[name], kind) for name, kind in kinds.items() if name in given}
+    arrays = {name: as_data_array(name, values[name], kind) for name, kind in kinds.items() if name in values}
     sizes = _common_sizes(arrays)
     dims, shape = tuple(sizes), tuple(sizes.values())
     cells = math.prod(shape)
@@ -110,9 +110,9 @@ def make_grid(program: Program, **given: ParameterLike | None) -> Grid:
     coords = _common_coordinates(arrays, kinds)
     for name in ("prestretch", "stress"):
         if name in arrays:
-            values = arrays[name].variable
-            stress = load_of(values.values) if name == "prestretch" else values.values
-            coords["relaxed_threshold"] = xr.Variable(values.dims, relaxed_threshold(stress), _THRESHOLD)
+            own = arrays[name].variable
+            stress = load_of(own.values) if name == "prestretch" else own.values
+            coords["relaxed_threshold"] = xr.Variable(own.dims, relaxed_threshold(stress), _THRESHOLD)
     return Grid(program, dims, shape, parameters, coords)
 
 

@@ -7,7 +7,7 @@ columns with the pieces of a waveform.
 
 import math
 from collections.abc import Callable, Hashable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -45,7 +45,7 @@ class Table(NamedTuple):
     kind: npt.NDArray[np.int8]
     scale: Float
     source: npt.NDArray[np.int64]
-    columns: tuple[Callable[[Parameters], npt.ArrayLike], ...]
+    columns: tuple[Callable[[Parameters], Any], ...]
     first: int
     repeats: int
     endless: bool
@@ -117,11 +117,11 @@ class _Builder:
     """Collects the columns that pieces need, each once."""
 
     def __init__(self) -> None:
-        self.columns: dict[Hashable, Callable[[Parameters], npt.ArrayLike]] = {"1": lambda given: 1.0}
+        self.columns: dict[Hashable, Callable[[Parameters], Any]] = {"1": lambda given: 1.0}
 
     def rows(self, pieces: tuple[Piece, ...], reached: _Field) -> tuple[list[_Row], _Field]:
         """Return kind and arguments of every piece that begins at a field reached before, and the field reached."""
-        rows = []
+        rows: list[_Row] = []
         for piece in pieces:
             if isinstance(piece, Sine):
                 arguments = self.value(piece.amplitude), self.cycles(piece), self.value(piece.period)
@@ -179,20 +179,20 @@ class _Builder:
             (start, end, rate), lambda given: np.abs(np.subtract(_of(end, given), _of(start, given))) / _of(rate, given)
         )
 
-    def column(self, key: Hashable, values: Callable[[Parameters], npt.ArrayLike]) -> _Multiple:
+    def column(self, key: Hashable, values: Callable[[Parameters], Any]) -> _Multiple:
         """Return a column of its own, made at its first use."""
         self.columns.setdefault(key, values)
         return _Multiple(1.0, list(self.columns).index(key))
 
 
-def _of(argument: _Field, given: Parameters) -> npt.ArrayLike:
+def _of(argument: _Field, given: Parameters) -> Any:
     if isinstance(argument, _SineEnd):
         phase = 2.0 * math.pi * np.asarray(_of(argument.cycles, given))
         return np.add(_of(argument.mean, given), np.multiply(_of(argument.amplitude, given), np.sin(phase)))
     return given[argument] if isinstance(argument, str) else argument
 
 
-def _beyond(given: Parameters) -> npt.ArrayLike:
+def _beyond(given: Parameters) -> Any:
     """Return a field that no film carries, the end of a rise without end: twice that of instant failure."""
     return 2.0 * np.sqrt(given["modulus_ratio"])
 
@@ -266,7 +266,7 @@ def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     linear = part if table.endless else np.minimum(part, 1.0)
     rising = one + (other - one) * np.where(duration > 0.0, linear, 1.0)
     sine = one + other * np.sin(2.0 * math.pi * np.minimum(elapsed, duration) / np.where(period > 0.0, period, 1.0))
-    return np.where(table.kind[piece] == SINE, sine, rising)
+    return np.asarray(np.where(table.kind[piece] == SINE, sine, rising))
 
 
 def loading_time(program: Program, parameters: Parameters) -> Float:
@@ -285,4 +285,4 @@ def loading_time(program: Program, parameters: Parameters) -> Float:
     duration = np.zeros_like(parameters["modulus_ratio"])
     for scale, source in zip(table.scale[:, 2], table.source[:, 2], strict=True):
         duration = duration + scale * columns[source]
-    return duration * max(table.repeats, 1)
+    return np.asarray(duration * max(table.repeats, 1))

@@ -142,7 +142,8 @@ def solve(
         found = found._replace(
             largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
         )
-    return found._replace(**{name: None for name in VARIABLES if name not in program.results})
+    absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in program.results)
+    return found._replace(**absent)
 
 
 def sharing_pays(product: Product, rtol: float) -> bool:

@@ -1,5 +1,7 @@
 """Trajectories: stretch, internal stretch, field and margin of films against time."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -60,7 +62,7 @@ def trajectory(
     ['1.034', '1.177', 'nan']
     """
     times = checked_times(time)
-    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
+    given: dict[str, Any] = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
     grid, choice = planned(program, rtol=rtol, **given)
     if "time" in grid.dims:
         raise ValueError("time must be a name of its own; got a parameter with a dimension 'time'")

@@ -227,9 +227,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
                 x * (3.0 - 2.0 * share) - v1 * left
             )
             margin = 1.0 + w[RESOLUTION, i]
-            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (
-                between > margin * max(x0, x, w[MOST, i])
-            )
+            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (between > margin * max(x0, x, w[MOST, i]))
             extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
             accepted = good & (not missed) & (not extreme)
 
@@ -261,8 +259,6 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[Q, i] = q if accepted else w[Q, i]
             w[GROWTH, i] = growth if accepted else w[GROWTH, i]
             w[RATE_OF_X, i] = rate_of_x if accepted else w[RATE_OF_X, i]
-            w[LEAST, i] = min(w[LEAST, i], w[X, i])
-            w[MOST, i] = max(w[MOST, i], w[X, i])
 
             # At rest under a held field: there is nothing more to come in this piece.
             away = w[SLOPES, i] / w[GROWTH, i]
@@ -272,6 +268,9 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
+            w[X, i] = w[X, i] - w[RATE_OF_X, i] / w[GROWTH, i] if rest else w[X, i]
+            w[LEAST, i] = min(w[LEAST, i], w[X, i])
+            w[MOST, i] = max(w[MOST, i], w[X, i])
             w[GAIN, i] += -remaining if rest else 0.0
 
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2

@@ -15,6 +15,7 @@ from .march import CLOSE, NOTHING, PIECE_DONE, ROWS, make_passage, total_error
 from .pieces import Waves, field_at_end
 from .rows import (
     BAD,
+    BARRED,
     BASE,
     DURATION,
     ENDED,
@@ -114,6 +115,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     last = min(sample + lanes - 2, times.size - 1)
                     length = min(length, max(times[last] - now - w[T, 0], 1e-12 * w[STEP, 0]))
                     w[TRIAL, 0] = length
+                    w[BARRED, 0] = 0.0  # in time to the end: steps that shrink to nothing are the failure
                     for i in range(1, lanes):
                         for row in range(ROWS):
                             w[row, i] = w[row, 0]
