@@ -13,6 +13,8 @@ from ..programs import PROGRAMS, Program, shape_of
 
 SMALLEST_RTOL = 1e-12
 LARGEST_RTOL = 1e-3
+SMALLEST_STEP = 1e-9
+"""Of a method of fixed step: with a million steps, the bound on the work of a cell, it covers a thousandth of a tau."""
 
 
 @dataclass(frozen=True)
@@ -258,6 +260,8 @@ def choose(
     _check_number("step", step)
     if not 0.0 < step < math.inf:
         raise ValueError(f"step must be above 0 and finite; got {brief(step)}")
+    if step < SMALLEST_STEP:
+        raise ValueError(f"step must be at least {SMALLEST_STEP:g}: smaller ones lead nowhere; got {brief(step)}")
     return Choice(entry.name, form, None, float(step), dead_load)
 
 
