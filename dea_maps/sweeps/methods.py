@@ -121,8 +121,8 @@ _FOLD_REGION = (
 )
 
 _TIME_REGION = (
-    "modulus_ratio from 1 to 1000, durations and periods from 1e-4 to 1e4, up to 1e6 cycles, rtol from 1e-10, "
-    "from 1e-12 where the program ends constant; beyond, the result is as accurate as asked or unresolved"
+    "modulus_ratio from 1 to 40, durations and periods from 0.01 to 100, up to 1e5 cycles, rtol from 1e-10, "
+    "prestretch to 4; beyond, the result is as accurate as asked or unresolved"
 )
 
 _METHODS = (
@@ -182,7 +182,7 @@ def methods() -> MethodTable:
 
     Examples
     --------
-    >>> print(methods())  # doctest: +ELLIPSIS
+    >>> print(methods())  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
     method      order  kind                     ...            formulations      programs
     rk4         4      explicit, fixed step     ...            fold, rate        step, ramp, ramp_hold
     ...
