@@ -183,8 +183,8 @@ def methods() -> MethodTable:
     Examples
     --------
     >>> print(methods())  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
-    method      order  kind                     ...            formulations      programs
-    rk4         4      explicit, fixed step     ...            fold, rate        step, ramp, ramp_hold
+    method      order  kind                     formulations      programs
+    rk4         4      explicit, fixed step     fold, rate        step, ramp, ramp_hold
     ...
     >>> [method.name for method in methods()]
     ['rk4', 'dopri5', 'dop853', 'radau5', 'quadrature']
