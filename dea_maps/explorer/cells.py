@@ -13,7 +13,7 @@ from ..charts.data import cell_edges, drawable, log_spaced, parameters_along, si
 from ..charts.plane import BREAKS_DOWN, regions_of
 from ..nomenclature import KINDS, quantity_of
 from ..program_text import kinds_in, program_of
-from ..programs import Program
+from ..programs import PROGRAMS, Program
 from ..sweeps.chunks import evenly
 from ..sweeps.parameters import check_values
 
@@ -284,6 +284,9 @@ _TIMES = ("time_to_failure", "seconds_to_failure")
 
 def _program_of(ds: xr.Dataset) -> Program:
     """Return the loading program of a map, after checking that all that it takes is there."""
+    named = ds.attrs.get("program")
+    if named not in PROGRAMS:
+        raise ValueError(f"the map must name its program, one of {', '.join(PROGRAMS)}; got {named!r}")
     program = program_of(ds.attrs)
     for name in (*program.parameters, "modulus_ratio"):
         if name not in ds.coords:

@@ -73,8 +73,9 @@ def allowable(
     Examples
     --------
     >>> import dea_maps as dm
-    >>> dm.allowable(dm.Step(), "field", modulus_ratio=4.0, lifetime=2.443625636).allowable.values.round(6)
-    array(1.2)
+    >>> ds = dm.allowable(dm.Step(), "field", modulus_ratio=4.0, lifetime=2.443625636)
+    >>> round(float(ds.allowable), 6)
+    1.2
     """
     tight = tight_rtol(rtol)
     kinds = kinds_taken(program)

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps import charts
+from dea_maps.charts import select
 from dea_maps.cli.main import main
 
 TIMES = np.linspace(0.0, 5.0, 51)
@@ -33,7 +33,7 @@ def folder(tmp_path, monkeypatch):
 )
 def test_plot_draws_what_suits_a_file(folder, monkeypatch, file, labels):
     drawn = []
-    monkeypatch.setattr(charts, "save", lambda figure, path: drawn.append(figure))
+    monkeypatch.setattr(select, "save", lambda figure, path: drawn.append(figure))
     assert main(["plot", f"{file}.nc", "-o", "chart.png"]) == 0
     (ax, *_) = drawn[0].axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == labels

@@ -253,7 +253,7 @@ def test_the_command_line_ends_in_one_line(address, status, words, tmp_path, mon
     options = ["--scheduler", address] if address else []
     if address is None:
         monkeypatch.setitem(sys.modules, "distributed", None)
-    assert main.main(["sweep", "spec.toml", "-o", "map.nc", "--engine", "dask", *options]) == status
+    assert main(["sweep", "spec.toml", "-o", "map.nc", "--engine", "dask", *options]) == status
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("dea-maps: error: ")

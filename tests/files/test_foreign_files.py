@@ -9,7 +9,7 @@ import xarray as xr
 
 import dea_maps as dm
 from dea_maps.cli.main import main
-from dea_maps.files import atomic
+from dea_maps.files import netcdf
 
 VERBS = {"info": [], "plot": ["-o", "chart.svg"], "explore": ["-o", "page.html"]}
 MUTATE = """
@@ -98,7 +98,7 @@ def test_any_error_of_the_library_names_the_file(folder, capsys, monkeypatch):
     def broken(*_, **__):
         raise RuntimeError("NetCDF: HDF error")
 
-    monkeypatch.setattr(atomic.xr, "open_dataset", broken)
+    monkeypatch.setattr(netcdf.xr, "open_dataset", broken)
     assert main(["info", "map.nc"]) == 2
     assert_refused(capsys.readouterr(), "info", "map.nc is damaged: NetCDF: HDF error")
 

@@ -11,8 +11,8 @@ from scipy.optimize import brentq
 
 import dea_maps as dm
 from dea_maps.cli.main import main
+from dea_maps.general import free_energy as law
 from dea_maps.general.load_history import LoadHistory
-from dea_maps.general.run import free_energy as law
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "reference"))
 import scalar

@@ -108,3 +108,8 @@ def test_a_method_that_does_not_serve_the_program_is_refused():
 def test_numpy_numbers_are_numbers():
     choice = choose(dm.Ramp(), "auto", "auto", np.float32(1e-3), None)
     assert isinstance(choice.rtol, float)
+
+
+def test_a_step_that_leads_nowhere_is_refused_before_computing():
+    with pytest.raises(ValueError, match=r"step must be at least 1e-09: .*; got 1e-12"):
+        choose(dm.Step(), "rk4", "auto", 1e-6, 1e-12)
