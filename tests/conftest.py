@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import settings
 
 import dea_maps as dm
+
+settings.register_profile("without_deadline", deadline=None)  # no test depends on how busy the machine is
+settings.load_profile("without_deadline")
 
 
 @pytest.fixture(scope="session")

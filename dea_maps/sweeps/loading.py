@@ -34,10 +34,8 @@ class Table(NamedTuple):
         The arguments of a piece are ``scale * columns[source]``.
     columns : tuple of callable
         Each gives the values of a column, of the shape of the parameters, from them.
-    first : int
-        Number of pieces before those that are repeated.
     repeats : int
-        How often the others are gone through; `dea_maps.programs.ENDLESS` without end.
+        How often the pieces are gone through; `dea_maps.programs.ENDLESS` without end.
     endless : bool
         Whether the last piece stands for a rise without end: it ends where no film is left.
     """
@@ -46,7 +44,6 @@ class Table(NamedTuple):
     scale: Float
     source: npt.NDArray[np.int64]
     columns: tuple[Callable[[Parameters], Any], ...]
-    first: int
     repeats: int
     endless: bool
 
@@ -65,16 +62,10 @@ def table_of(program: Program) -> Table:
     if isinstance(program, Waveform):
         return _of_samples(program, build)
     rows, reached = build.rows(program.pieces, 0.0)
-    repeats = program.repeats
-    first = 0
-    if repeats != 1 and reached != 0.0 and not isinstance(program.pieces[0], Jump):
-        first = len(rows)  # the first time begins at zero, the others where the last one ended
-        rows += build.rows(program.pieces, reached)[0]
-        repeats = repeats if repeats < 0 else repeats - 1
     kind = np.array([kind for kind, _ in rows], np.int8)
     scale = np.array([[argument.scale for argument in arguments] for _, arguments in rows])
     source = np.array([[argument.column for argument in arguments] for _, arguments in rows], np.int64)
-    return Table(kind, scale, source, tuple(build.columns.values()), first, repeats, reached == math.inf)
+    return Table(kind, scale, source, tuple(build.columns.values()), program.repeats, reached == math.inf)
 
 
 Arrays = tuple[npt.NDArray[np.int8], Float, npt.NDArray[np.int64], Float, int]
@@ -85,7 +76,7 @@ def arrays_of(table: Table, given: Parameters) -> Arrays:
 
     Returns
     -------
-    kind, scale, source, columns, first, repeats
+    kind, scale, source, columns, repeats
         ``columns`` (columns, cells).
     """
     cells = given["modulus_ratio"].size
@@ -207,7 +198,7 @@ def _of_samples(program: Waveform, build: _Builder) -> Table:
     source = np.zeros((pieces, 4), np.int64)
     source[:, :2] = build.value(name).column
     columns = tuple(build.columns.values())
-    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, 0, program.repeats, False)
+    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, program.repeats, False)
 
 
 def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
@@ -252,12 +243,11 @@ def _along(argument: Argument | None, parameters: Parameters) -> Float:
 def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     """Return the field of one cell, ``values`` being the arguments of its pieces."""
     ends = np.cumsum(values[:, 2])
-    whole, prologue = ends[-1] if ends.size else 0.0, ends[table.first - 1] if table.first else 0.0
-    cycle = whole - prologue
+    cycle = ends[-1] if ends.size else 0.0
     cycles = np.zeros(times.shape)
     if table.repeats != 1 and cycle > 0.0:
         most = math.inf if table.repeats < 0 else table.repeats - 1.0
-        cycles = np.clip(np.ceil((times - prologue) / cycle) - 1.0, 0.0, most)
+        cycles = np.clip(np.ceil(times / cycle) - 1.0, 0.0, most)
     local = times - cycles * cycle
     piece = np.minimum(np.searchsorted(ends, local, side="left"), len(ends) - 1)
     one, other, duration, period = values[piece].T

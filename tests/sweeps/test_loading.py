@@ -60,14 +60,6 @@ def test_a_waveform_is_interpolated_held_or_repeated(repeat):
     np.testing.assert_allclose(found(Waveform(times, values, repeat)), expected, rtol=0, atol=1e-12)
 
 
-def test_a_sequence_that_does_not_end_where_it_began_goes_on_from_its_end():
-    program = Sequence([Hold(1.0), Jump("x"), Hold(0.5), Linear("y", time=1.0)], repeat=True)
-    values = {"x": 2.0, "y": 1.0}
-    got = found(program, np.array([0.5, 1.25, 2.0, 3.0, 3.6, 5.5]), **values)
-    np.testing.assert_allclose(got, [0.0, 2.0, 1.5, 1.0, 2.0, 1.0])
-    assert table_of(program).first == 4
-
-
 def test_a_sequence_repeated_some_times_holds_its_last_field():
     program = Sequence([Jump("x"), Hold(1.0), Jump(0.5), Hold(1.0)], repeat=3)
     got = found(program, np.array([0.5, 1.5, 4.5, 5.5, 6.5, 99.0]), x=2.0)
