@@ -5,7 +5,7 @@ directions, equilibrium (18) to (20) of Zhao, Koh and Suo (2011) is ``e = A w**2
 is unstable at the maximum of ``e``, where ``8 B w**6 + 3 sigma w = 2 A``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,17 @@ def film_of(given: Mapping[str, Array]) -> tuple[Array, Array, Array]:
     start = np.asarray(given.get("prestretch", np.ones_like(ratio)))
     load = load_of(start) if "prestretch" in given else given.get("stress", np.zeros_like(ratio))
     return ratio, start, np.asarray(load)
+
+
+def has_dead_load(names: Iterable[str]) -> bool:
+    """Return whether parameters, by their names, are those of films under a dead load.
+
+    Examples
+    --------
+    >>> has_dead_load(["field", "modulus_ratio", "stress"])
+    True
+    """
+    return not {"prestretch", "stress"}.isdisjoint(names)
 
 
 def load_of(prestretch: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy.typing as npt
 
 from ..programs import Program, shape_of
 from .chunks import Index
+from .dead_load import has_dead_load
 
 Array = npt.NDArray[np.float64]
 
@@ -71,7 +72,7 @@ def product_of(program: Program, parameters: Mapping[str, Array], index: Index =
     (('modulus_ratio', 'field', 'rate'), (1, 1, 3))
     """
     shape = shape_of(program)
-    if shape is None or shape.name != "ramp_hold" or not {"prestretch", "stress"}.isdisjoint(parameters):
+    if shape is None or shape.name != "ramp_hold" or has_dead_load(parameters):
         return None
     if not (isinstance(shape.field, str) and isinstance(shape.rate, str)):
         return None

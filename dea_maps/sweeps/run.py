@@ -11,6 +11,7 @@ from ..notices import shown_notices
 from ..plausibility import warn_implausible
 from ..programs import Program
 from .dataset import cell_bytes, make_dataset, provenance_of
+from .dead_load import has_dead_load
 from .grid import Grid, make_grid
 from .loading import loading_time
 from .methods import Choice, choose
@@ -57,7 +58,7 @@ def planned(
     grid = make_grid(program, **parameters)
     if program.repeats != 1 and grid.cells and not (loading_time(program, grid.parameters) > 0.0).all():
         raise ValueError(f"the repeated pieces of the program {program.name!r} must take time; got a duration of 0")
-    dead_load = not {"prestretch", "stress"}.isdisjoint(grid.parameters)
+    dead_load = has_dead_load(grid.parameters)
     choice = choose(program, method, formulation, rtol, step, dead_load)
     if method == formulation == "auto" and grid.cells:
         product = product_of(program, grid.parameters)

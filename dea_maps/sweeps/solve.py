@@ -20,7 +20,7 @@ from ..notices import notice
 from ..pieces import Argument
 from ..programs import Program, shape_of
 from .chunks import cut
-from .dead_load import film_of
+from .dead_load import film_of, has_dead_load
 from .loading import SINE, arrays_of, table_of
 from .methods import TIME, Choice, choose
 from .product import Product, product_of
@@ -267,7 +267,7 @@ def _prepare(kernels: Collection[Kernel], what: str, seconds: int) -> None:
 
 def solve_auto(program: Program, parameters: Parameters, rtol: float) -> Solution:
     """Compute every cell by what is fastest at this accuracy, see `solve`."""
-    return solve(program, parameters, choose(program, "auto", "auto", rtol, None, _loaded(parameters)))
+    return solve(program, parameters, choose(program, "auto", "auto", rtol, None, has_dead_load(parameters)))
 
 
 def trace(
@@ -297,7 +297,7 @@ def trace(
     cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
     stretch, internal = np.empty((2, cells, shape[-1]))
     rising = shape_of(program)
-    if rising is None or _loaded(parameters):
+    if rising is None or has_dead_load(parameters):
         _trace_general(program, parameters, times, rtol, stretch, internal)
         return stretch.reshape(shape), internal.reshape(shape)
     kernel = build.trajectory(rising.name)
@@ -356,7 +356,7 @@ def _trace_general(
 ) -> None:
     """Fill in the stretches of films under any program and dead load, (cells, times), as `trace` returns them."""
     table = table_of(program)
-    kernel = loading.trajectory(bool((table.kind == SINE).any()), _loaded(parameters))
+    kernel = loading.trajectory(bool((table.kind == SINE).any()), has_dead_load(parameters))
     _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
     shape = parameters["modulus_ratio"].shape
     per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
@@ -370,10 +370,6 @@ def _trace_general(
         return 1
 
     _in_threads(compute, range(stretch.shape[0]))
-
-
-def _loaded(parameters: Parameters) -> bool:
-    return not {"prestretch", "stress"}.isdisjoint(parameters)
 
 
 def default_threads() -> int:
