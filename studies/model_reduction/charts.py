@@ -1,4 +1,4 @@
-"""Charts of cost against error by amount of model, and of what unequal loads do to the reduction."""
+"""Charts of cost against error by amount of model, of unequal loads, and of cycles replaced by their average."""
 
 from pathlib import Path
 
@@ -66,6 +66,25 @@ def unequal(data: xr.Dataset, path: Path) -> None:
         ax.set_title(str(case), loc="left", fontsize=10)
         ax.grid(color="0.9", lw=0.5)
     axes[0].set_ylabel("relative to equal stresses, at failure")
+    axes[0].legend(frameon=False, fontsize=9)
+    figure.savefig(path, dpi=DOTS_PER_INCH)
+    plt.close(figure)
+
+
+def average(data: xr.Dataset, path: Path) -> None:
+    """Draw the errors of the flow averaged over a cycle against the period, a panel for each shape."""
+    figure, axes = plt.subplots(1, data.sizes["shape"], figsize=(9.0, 3.8), sharey=True, layout="constrained")
+    for ax, shape in zip(axes, data["shape"].values, strict=True):
+        part = data.sel(shape=shape)
+        style = {"mfc": "white", "ms": 5, "lw": 1.0}
+        ax.plot(part.period, part.error_peak, color="#08306b", marker="o", label="allowable peak", **style)
+        for above, colour, marker in zip(data.above.values, ("#d55e00", "#7a3b00"), "s^", strict=True):
+            label = f"lifetime, peak {above:.0%} above the limit"
+            ax.plot(part.period, part.error_lifetime.sel(above=above), color=colour, marker=marker, label=label, **style)
+        ax.set(xscale="log", yscale="log", xlabel=r"period $/\tau$")
+        ax.set_title(str(shape), loc="left", fontsize=10)
+        ax.grid(color="0.9", lw=0.5)
+    axes[0].set_ylabel("relative error of the averaged flow")
     axes[0].legend(frameon=False, fontsize=9)
     figure.savefig(path, dpi=DOTS_PER_INCH)
     plt.close(figure)

@@ -2,8 +2,8 @@
 
     python studies/model_reduction/run.py [--quick] [--output FOLDER]
 
-writes, in out/model_reduction unless told where, cost.png, unequal.png and model_reduction.nc and prints every table
-behind README.md.
+writes, in out/model_reduction unless told where, cost.png, unequal.png, average.png and model_reduction.nc and prints
+every table behind README.md.
 """
 
 import sys
@@ -12,6 +12,7 @@ from pathlib import Path
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import amounts
+import average
 import charts
 import modes
 import numpy as np
@@ -23,6 +24,8 @@ RTOLS, QUICK_RTOLS = [1e-3, 1e-5, 1e-7, 1e-9, 1e-12], [1e-4, 1e-8]
 QUICK_SCENES = ["step at 1.2", "ramp at 1"]
 STATES, QUICK_STATES = 100_000, 10_000
 DIFFERENCES, QUICK_DIFFERENCES = [1e-4, 1e-3, 1e-2, 0.1, 0.3], [1e-2, 0.3]
+PERIODS, QUICK_PERIODS = np.logspace(-2.0, 1.0, 13), [0.3, 3.0]
+ABOVE = [0.01, 0.1]
 SHOWN = 1e-7
 
 
@@ -35,13 +38,16 @@ def main() -> None:
     unequal = modes.unequal_loads(QUICK_DIFFERENCES if options.quick else DIFFERENCES, rtol=1e-11)
     charts.costs(data, options.output / "cost.png")
     charts.unequal(unequal, options.output / "unequal.png")
-    whole = xr.merge([data, unequal])
+    fast = average.fast_cycles(QUICK_PERIODS if options.quick else PERIODS, ABOVE, rtol=1e-6)
+    charts.average(fast, options.output / "average.png")
+    whole = xr.merge([data, unequal, fast])
     whole.attrs = {"title": "Cost and error of more and less model of a dielectric-elastomer film"}
     whole.to_netcdf(options.output / "model_reduction.nc")
 
     print_amounts(data)
     print_modes(QUICK_STATES if options.quick else STATES)
     print_unequal(unequal)
+    print_average(fast)
     print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 
 
@@ -91,6 +97,19 @@ def print_unequal(data: xr.Dataset) -> None:
             part = data.sel(case=case, difference=difference)
             cells = [f"{float(part[name]):.1e}" for name in ("apart", "error_stretch", "error_time")]
             print(f"| {case} | {difference:g} |", " | ".join(cells), "|")
+    print()
+
+
+def print_average(data: xr.Dataset) -> None:
+    """Print the errors of the flow averaged over a cycle, as a Markdown table."""
+    print("| shape | period | error of the allowable peak |", end="")
+    print("".join(f" error of the lifetime, {above:.0%} above |" for above in data.above.values))
+    print("|---|---|---|" + "---|" * data.sizes["above"])
+    for shape in data["shape"].values:
+        for period in data.period.values:
+            part = data.sel(shape=shape, period=period)
+            cells = [f"{float(part.error_peak):.1e}", *(f"{error:.1e}" for error in part.error_lifetime.values)]
+            print(f"| {shape} | {period:.3g} |", " | ".join(cells), "|")
     print()
 
 
