@@ -7,7 +7,7 @@ relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so al
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np
@@ -339,10 +339,6 @@ NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
 )
 """All of them by name."""
 
-OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")
-"""Words for the values 0, 1, 2, ... of ``outcome``."""
-
-
 RESULTS = frozenset(NOMENCLATURE.keys() - PARAMETERS.keys())
 """Names of what data sets hold beside parameters."""
 
@@ -429,19 +425,6 @@ def quantity_of(name: str) -> Quantity:
     'rest time'
     """
     return NOMENCLATURE.get(name) or Quantity(name.replace("_", " "), "", name.replace("_", " "))
-
-
-def flags(words: tuple[str, ...]) -> dict[str, Any]:
-    """Return the CF attributes of a variable whose values 0, 1, 2, ... stand for words.
-
-    Examples
-    --------
-    >>> flags(("no", "yes"))["flag_meanings"]
-    'no yes'
-    """
-    import numpy as np
-
-    return {"flag_values": np.arange(len(words), dtype=np.int8), "flag_meanings": " ".join(words)}
 
 
 def axis_label(name: str) -> str:

@@ -3,12 +3,12 @@
 import numpy as np
 import numpy.typing as npt
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 
 Floats = npt.NDArray[np.float64]
 Outcomes = npt.NDArray[np.int8]
 
-SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = range(len(OUTCOMES))
+SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = Outcome
 
 PROGRAMS = ("step", "ramp_hold")
 """Loading programs whose field ends at a value, which decides."""

@@ -8,9 +8,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..files.stream import Plan, estimated_seconds, finished_parts
-from ..limits.answers import LIMITS
 from ..materials.scales import scales_of
-from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, VARIABLES
+from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, VARIABLES
+from ..outcomes import Limit, Outcome, words_of
 from ..program_text import kinds_in
 from ..sweeps.chunks import cut
 from ..sweeps.solve import compiles
@@ -30,7 +30,7 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     Returns
     -------
     dict of str to int
-        By the words of `dea_maps.nomenclature.OUTCOMES`.
+        By the words of `dea_maps.outcomes.Outcome`.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     >>> outcome_counts(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     {'survives': 1, 'fails_later': 2, 'fails_at_once': 0, 'unresolved': 0}
     """
-    return _counts(ds["outcome"], OUTCOMES)
+    return _counts(ds["outcome"], words_of(Outcome))
 
 
 def one_line(ds: xr.Dataset) -> str:
@@ -57,7 +57,11 @@ def one_line(ds: xr.Dataset) -> str:
     """
     cells = ds["outcome"].size
     line = f"{cells:,} {'cell' if cells == 1 else 'cells'}: {_in_words(outcome_counts(ds))}"
-    return f"{line}; first limit: {_in_words(_counts(ds['first_limit'], LIMITS))}" if "first_limit" in ds else line
+    return (
+        f"{line}; first limit: {_in_words(_counts(ds['first_limit'], words_of(Limit)))}"
+        if "first_limit" in ds
+        else line
+    )
 
 
 def describe(ds: xr.Dataset) -> str:
@@ -92,7 +96,7 @@ def describe(ds: xr.Dataset) -> str:
         lines += [_row(_words(outcome), f"{count:,}") for outcome, count in outcome_counts(ds).items()]
     if "first_limit" in ds:
         lines += ["", "what ends the loading first, in cells"]
-        lines += [_row(word, f"{count:,}") for word, count in _counts(ds["first_limit"], LIMITS).items()]
+        lines += [_row(word, f"{count:,}") for word, count in _counts(ds["first_limit"], words_of(Limit)).items()]
     lines += ["", "variables, from least to greatest"]
     among = NOMENCLATURE if _is_general(ds) else maps
     names = [name for name in among if name in ds.data_vars and name not in FLAGGED]

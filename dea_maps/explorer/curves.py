@@ -6,11 +6,12 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from ..charts.boundaries import FAILS_LATER, SURVIVES
 from ..charts.plane import BREAKS_DOWN
 from ..program_text import kinds_in
 from ..sweeps.loading import loading_time
 from ..sweeps.run import sweep
-from ..sweeps.solve import FAILS_LATER, SURVIVES, relaxation_rate, trace
+from ..sweeps.solve import relaxation_rate, trace
 from .cells import POINTS, Cells, Floats
 
 RTOL = 1e-4

@@ -10,10 +10,10 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from matplotlib.colors import to_hex
 
+from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
 from ..charts.isochrones import time_span
 from ..charts.plane import BREAKS_DOWN
 from ..charts.regions import COLOURS, LOOKS, words_for
-from ..sweeps.solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
 from .cells import Cells, edges, plain_label
 
 _MEANT = {

@@ -12,8 +12,8 @@ from bokeh.models import ColumnDataSource, CustomJS
 from bokeh.models.widgets import CategoricalSlider, Div
 from bokeh.resources import INLINE
 
+from ..charts.boundaries import FAILS_LATER
 from ..charts.plane import BREAKS_DOWN
-from ..sweeps.solve import FAILS_LATER
 from .cells import Axis, Cells, columns, edges, plain_label
 from .curves import Curves
 from .figures import THEME, draw_map, draw_trajectory, legend

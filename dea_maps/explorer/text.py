@@ -1,9 +1,9 @@
 """The words on a page to explore: how to read it, what was left out, from what it was made."""
 
 from .. import __version__
+from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from ..charts.plane import BREAKS_DOWN
 from ..nomenclature import quantity_of
-from ..sweeps.solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from .cells import POINTS, Cells, fixed_parameters, plain_label
 from .curves import RTOL
 

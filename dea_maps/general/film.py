@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, elementwise
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from .free_energy import CRITICAL_FIELD, State, equations_of_state
 from .integrate import REFERENCE, ROWS, TIME, Leg, Loading, follow
 from .load_history import LoadHistory
@@ -60,14 +60,13 @@ class Life(NamedTuple):
     ----------
     legs : list of Leg
         What was integrated, in order of time.
-    outcome : int
-        Index into `OUTCOMES`.
+    outcome : Outcome
     end : ndarray of shape (ROWS,)
         The last state: at failure, at rest, or where integration was given up.
     """
 
     legs: list[Leg]
-    outcome: int
+    outcome: Outcome
     end: Array
 
 
@@ -123,7 +122,7 @@ def sampled(life: Life, times: Array) -> Array:
     ndarray of shape (ROWS, n)
     """
     rows = np.full((ROWS, times.size), np.nan)
-    if OUTCOMES[life.outcome] == "survives":
+    if life.outcome == Outcome.SURVIVES:
         rows[:] = life.end[:, np.newaxis]
     for leg in life.legs:
         within = (times >= leg.times[0]) & (times <= leg.times[-1])
@@ -162,7 +161,7 @@ def tension_loss(life: Life, loads: Loads, p: float, rtol: float) -> float:
         Relative error allowed: a stress that follows from a prescribed stretch is compressive where it is less than
         that of the unrelaxed modulus below 0.
     """
-    last = life.end[TIME] if OUTCOMES[life.outcome] != "survives" else inf
+    last = life.end[TIME] if life.outcome != Outcome.SURVIVES else inf
     found = [inf]
     for direction, (history, held) in enumerate(zip(loads[:2], loads.held, strict=True)):
         if held:
@@ -198,7 +197,7 @@ def _zero(leg: Leg, stress: Callable[[Array], Array], low: float, high: float) -
     return float(brentq(lambda s: float(stress(leg.states(np.array([s])))[0]), low, high))
 
 
-def _outcome(why: str, rows: Array) -> int:
+def _outcome(why: str, rows: Array) -> Outcome:
     if why == "unstable":
-        return OUTCOMES.index("fails_at_once" if rows[TIME] == 0.0 else "fails_later")
-    return OUTCOMES.index("survives" if why == "at rest" else "unresolved")
+        return Outcome.FAILS_AT_ONCE if rows[TIME] == 0.0 else Outcome.FAILS_LATER
+    return Outcome.SURVIVES if why == "at rest" else Outcome.UNRESOLVED

@@ -9,7 +9,8 @@ import xarray as xr
 
 from .. import __version__
 from ..checks import brief
-from ..nomenclature import KINDS, OUTCOMES, Kind, cf_attributes, flags
+from ..nomenclature import KINDS, Kind, cf_attributes
+from ..outcomes import GeneralLimit, Outcome, flag_attributes, words_of
 from ..sweeps.parameters import check_values
 from ..sweeps.trajectories import checked_times
 from .film import Life, Loads, live, sampled, tension_loss
@@ -18,8 +19,6 @@ from .integrate import DISSIPATED, TIME, WORK
 from .load_history import Load, as_history
 
 _STRESS, _STRETCH = Kind(-inf), Kind(0.0, included=False)
-LIMITS = ("none", "instability", "tension_loss", "unresolved")
-"""Words for the values 0, 1, 2, ... of ``first_limit`` of a general trajectory."""
 _TIGHTEST, _LOOSEST = 1e-12, 1e-3
 
 
@@ -147,7 +146,7 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: fl
         "work": rows[WORK],
         "dissipated_energy": rows[DISSIPATED],
     }
-    end, outcome = life.end, OUTCOMES[life.outcome]
+    end, outcome = life.end, words_of(Outcome)[life.outcome]
     failed = outcome.startswith("fails")
     last = State(*end[:TIME].tolist())
     at_failure = {
@@ -160,12 +159,12 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: fl
     }
     at_rest = {"final_stretch_1": last.stretch_1, "final_stretch_2": last.stretch_2}
     at_limit = {"survives": "none", "unresolved": "unresolved"}.get(outcome, "instability")
-    limit = LIMITS.index(at_limit if np.isnan(slack) else "tension_loss")
+    limit = words_of(GeneralLimit).index(at_limit if np.isnan(slack) else "tension_loss")
     numbers = {name: value if failed else np.nan for name, value in at_failure.items()}
     numbers |= {name: value if outcome == "survives" else np.nan for name, value in at_rest.items()}
-    described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flags(OUTCOMES)}
+    described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flag_attributes(Outcome)}
     ds = xr.Dataset({"outcome": ((), np.int8(life.outcome), described)})
-    ds["first_limit"] = ((), np.int8(limit), {**cf_attributes("first_limit"), **flags(LIMITS)})
+    ds["first_limit"] = ((), np.int8(limit), {**cf_attributes("first_limit"), **flag_attributes(GeneralLimit)})
     numbers["time_to_tension_loss"] = slack
     for name, values in along.items():
         ds[name] = ("time", values, cf_attributes(name))

@@ -6,12 +6,12 @@ import xarray as xr
 
 from ..checks import brief
 from ..nomenclature import KINDS
+from ..outcomes import Outcome, Reason, flag_attributes
 from ..programs import Program
 from ..sweeps.grid import kinds_taken, make_grid
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import FAILS_AT_ONCE, SURVIVES, UNRESOLVED, Parameters, solve_auto
-from .answers import ALWAYS, ANSWERED, NEVER, REASONS, tight_rtol
-from .answers import UNRESOLVED as NOT_ANSWERED
+from ..sweeps.solve import Parameters, solve_auto
+from .answers import tight_rtol
 
 Array = npt.NDArray[np.float64]
 
@@ -101,7 +101,6 @@ def allowable(
         low, high = low * scale, high * scale
     found, reason = _search(program, parameter, cells, low, high, wanted, rtol, tight)
     dims = grid.dims
-    flags = {"flag_values": np.arange(len(REASONS), dtype=np.int8), "flag_meanings": " ".join(REASONS)}
     words = f"largest {parameter.replace('_', ' ')} with which a film lasts"
     coords = {name: variable for name, variable in grid.coords.items() if name != parameter}
     return xr.Dataset(
@@ -110,7 +109,7 @@ def allowable(
             "reason": (
                 dims,
                 reason.reshape(grid.shape),
-                {"long_name": "whether there is an answer", "units": "1", **flags},
+                {"long_name": "whether there is an answer", "units": "1", **flag_attributes(Reason)},
             ),
         },
         coords,
@@ -142,16 +141,18 @@ def _search(
         if cycles is not None and found.cycles_to_failure is not None:
             long_enough = found.cycles_to_failure >= cycles
         else:
-            long_enough = (found.time_to_failure >= lifetime) & (found.outcome != FAILS_AT_ONCE)
-        answer = np.where((found.outcome == SURVIVES) | long_enough, 1, 0)
-        return np.where(found.outcome == UNRESOLVED, -1, answer).astype(np.int8)
+            long_enough = (found.time_to_failure >= lifetime) & (found.outcome != Outcome.FAILS_AT_ONCE)
+        answer = np.where((found.outcome == Outcome.SURVIVES) | long_enough, 1, 0)
+        return np.where(found.outcome == Outcome.UNRESOLVED, -1, answer).astype(np.int8)
 
     everywhere = np.ones(low.size, np.bool_)
     at_low, at_high = lasts(low, everywhere), lasts(high, everywhere)
     reason = np.select(
-        [at_high == 1, at_low == 0, (at_low == -1) | (at_high == -1)], [ALWAYS, NEVER, NOT_ANSWERED], ANSWERED
+        [at_high == 1, at_low == 0, (at_low == -1) | (at_high == -1)],
+        [Reason.ALWAYS, Reason.NEVER, Reason.UNRESOLVED],
+        Reason.ANSWERED,
     ).astype(np.int8)
-    open_ = reason == ANSWERED
+    open_ = reason == Reason.ANSWERED
     unknown = np.zeros(low.size, np.bool_)
     for _ in range(_BISECTIONS):
         if not open_.any():
@@ -164,8 +165,8 @@ def _search(
         high = np.where(open_ & (answer != 1), middle, high)
         open_ &= high > low * (1.0 + 0.2 * rtol)
     # What is not known on the way lies next to the answer, or the answer is not known.
-    reason[unknown & (reason == ANSWERED) & ~_narrow(low, high, rtol)] = NOT_ANSWERED
-    return np.where(reason == ANSWERED, np.sqrt(low * high), np.nan), reason
+    reason[unknown & (reason == Reason.ANSWERED) & ~_narrow(low, high, rtol)] = Reason.UNRESOLVED
+    return np.where(reason == Reason.ANSWERED, np.sqrt(low * high), np.nan), reason
 
 
 def _narrow(low: Array, high: Array, rtol: float) -> npt.NDArray[np.bool_]:

@@ -10,7 +10,8 @@ import xarray as xr
 from ..checks import brief
 from ..materials.strength import Strength, StrengthOf, check_strength, excess, strength_of
 from ..nomenclature import BREAKDOWN as VARIABLES
-from ..nomenclature import cf_attributes, flags
+from ..nomenclature import cf_attributes
+from ..outcomes import Limit, Outcome, Reason, flag_attributes
 from ..program_text import program_of
 from ..programs import Program, Step, shape_of
 from ..sweeps.chunks import cut
@@ -19,18 +20,8 @@ from ..sweeps.grid import make_grid
 from ..sweeps.loading import field_at, loading_time
 from ..sweeps.methods import LARGEST_RTOL, Choice
 from ..sweeps.product import product_of
-from ..sweeps.solve import SURVIVES, UNRESOLVED, solve, solve_auto, trace
-from .answers import (
-    ANSWERED,
-    BREAKDOWN,
-    INSTABILITY,
-    LIMITS,
-    NO_LIMIT,
-    SMALLEST_RTOL,
-    UNKNOWN_LIMIT,
-    roots,
-    tight_rtol,
-)
+from ..sweeps.solve import solve, solve_auto, trace
+from .answers import SMALLEST_RTOL, roots, tight_rtol
 
 Array = npt.NDArray[np.float64]
 Cells = dict[str, Array]
@@ -139,7 +130,7 @@ def with_limits(
     rtol : float
         How accurate they are.
     """
-    more = {"first_limit": flags(LIMITS)}
+    more = {"first_limit": flag_attributes(Limit)}
     maps = {
         name: xr.Variable(dims, values, {**cf_attributes(name), **more.get(name, {})}) for name, values in found.items()
     }
@@ -223,21 +214,21 @@ def _first_limits(
 ) -> tuple[npt.NDArray[np.int8], dict[str, Array]]:
     """Return the first limit of scattered films, and time, stretch and nominal field at breakdown."""
     found = solve_auto(program, cells, tight)
-    survives = found.outcome == SURVIVES
+    survives = found.outcome == Outcome.SURVIVES
     stretch = np.where(survives, found.final_stretch, found.critical_stretch)
     held = field_at(program, cells, np.full((survives.size, 1), _LATE))[:, 0]
     field = np.where(survives, held, found.critical_field)
     check_strength(strength, stretch)
     exceeds = excess(strength, field, stretch) > 0.0
-    cases = [found.outcome == UNRESOLVED, exceeds, survives]
-    limit = np.select(cases, [UNKNOWN_LIMIT, BREAKDOWN, NO_LIMIT], INSTABILITY).astype(np.int8)
+    cases = [found.outcome == Outcome.UNRESOLVED, exceeds, survives]
+    limit = np.select(cases, [Limit.UNRESOLVED, Limit.BREAKDOWN, Limit.NONE], Limit.INSTABILITY).astype(np.int8)
     results = {name: np.full(survives.shape, np.nan) for name in _RESULTS}
-    broken = limit == BREAKDOWN
+    broken = limit == Limit.BREAKDOWN
     if broken.any():
         own = {name: values[broken] for name, values in cells.items()}
         life = np.where(survives, np.inf, found.time_to_failure)[broken]
         time, at = _first_passage(program, own, life, strength, tight)
-        limit[broken] = np.where(np.isnan(time), UNKNOWN_LIMIT, BREAKDOWN)
+        limit[broken] = np.where(np.isnan(time), Limit.UNRESOLVED, Limit.BREAKDOWN)
         for name, values in zip(results, (time, stretch_at(strength, at, stretch[broken]), at), strict=True):
             results[name][broken] = np.where(np.isnan(time), np.nan, values)
     return limit, results
@@ -278,7 +269,7 @@ def _field_at_once(field: Array, modulus_ratio: Array, strength: StrengthOf, tig
     top = np.minimum(field, np.sqrt(modulus_ratio))
     low, everywhere = np.zeros_like(top), np.ones(top.shape, np.bool_)
     found, reason = roots(excess_at, low, top, everywhere, (modulus_ratio,), xrtol=tight)
-    return np.where(reason == ANSWERED, found, top)
+    return np.where(reason == Reason.ANSWERED, found, top)
 
 
 def stretch_at(strength: StrengthOf, field: Array, farthest: Array) -> Array:
@@ -292,7 +283,7 @@ def stretch_at(strength: StrengthOf, field: Array, farthest: Array) -> Array:
         (field,),
         xrtol=1e-15,
     )
-    return np.where(reason == ANSWERED, found, farthest)
+    return np.where(reason == Reason.ANSWERED, found, farthest)
 
 
 def _excess_at(program: Program, cells: Cells, time: Array, strength: StrengthOf, tight: float) -> Array:

@@ -13,14 +13,14 @@ from ..checks import brief
 from ..materials.material import Material
 from ..materials.si_units import check_film, warn_film
 from ..materials.toml import material_of
-from ..nomenclature import flags
+from ..outcomes import Limit, Outcome, flag_attributes, words_of
 from ..plausibility import warn_implausible
 from ..printable import printable
 from ..programs import Step
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import SURVIVES, solve_auto
+from ..sweeps.solve import solve_auto
 from ..toml_tables import check_keys, check_number, read_toml, values_of
-from .answers import BREAKDOWN, INSTABILITY, LIMITS, UNKNOWN_LIMIT, broadcast
+from .answers import broadcast
 from .breakdown import stretch_at
 from .inverse import allowable_field
 
@@ -92,7 +92,9 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
     asked = xr.DataArray(times / material.relaxation_time, dims="holding_time")
     found = allowable_field(asked, material.modulus_ratio, rtol, strength)
     field = found["allowable_field"].values
-    limit = found["limit"].values if "limit" in found else np.where(np.isnan(field), UNKNOWN_LIMIT, INSTABILITY)
+    limit = (
+        found["limit"].values if "limit" in found else np.where(np.isnan(field), Limit.UNRESOLVED, Limit.INSTABILITY)
+    )
     stretch = _farthest(material, field, limit, rtol)
     nominal = field * material.critical_field
     one_film = {
@@ -108,7 +110,7 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
     ds = xr.Dataset()
     for name, (words, units) in _QUANTITIES.items():
         ds[name] = (dims, values[name], {"long_name": words, "units": units})
-    what = {"long_name": "what limits the voltage", "units": "1", **flags(LIMITS)}
+    what = {"long_name": "what limits the voltage", "units": "1", **flag_attributes(Limit)}
     ds["limit"] = (dims, np.broadcast_to(limit, shape).astype(np.int8), what)
     name = material.name or "film"
     films = [f"{name}, {1e6 * H:g} um" for H in thicknesses]
@@ -142,8 +144,8 @@ def _farthest(material: Material, field: Array, limit: npt.NDArray[np.int8], rto
     cells = {"field": field[known], "modulus_ratio": np.full(known.sum(), material.modulus_ratio)}
     ends = solve_auto(Step(), cells, rtol)
     stretch = np.full(field.shape, np.nan)
-    stretch[known] = np.where(ends.outcome == SURVIVES, ends.final_stretch, ends.critical_stretch)
-    broken = limit == BREAKDOWN
+    stretch[known] = np.where(ends.outcome == Outcome.SURVIVES, ends.final_stretch, ends.critical_stretch)
+    broken = limit == Limit.BREAKDOWN
     if broken.any():
         stretch[broken] = stretch_at(material.strength, field[broken], stretch[broken])
     return stretch
@@ -236,7 +238,7 @@ def describe_design(ds: xr.Dataset) -> str:
                     f"{1e-6 * cell['true_field']:.3g} MV/m",
                     f"{cell['stretch']:.3f}",
                     f"{100.0 * cell['area_strain']:.0f} %",
-                    LIMITS[int(cell["limit"])],
+                    words_of(Limit)[int(cell["limit"])],
                 )
             )
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]

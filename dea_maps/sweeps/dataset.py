@@ -9,7 +9,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from .. import __version__
-from ..nomenclature import BREAKDOWN, OUTCOMES, cf_attributes, flags
+from ..nomenclature import BREAKDOWN, cf_attributes
+from ..outcomes import Outcome, flag_attributes
 from ..program_text import attributes_of
 from ..programs import Program
 from .grid import Grid
@@ -191,4 +192,4 @@ def _in_words(values: npt.NDArray[np.float64]) -> str:
 def _variable_attributes(name: str) -> dict[str, Any]:
     if name != "outcome":
         return {**cf_attributes(name), "ancillary_variables": "outcome"}
-    return {**cf_attributes(name), "standard_name": "status_flag", **flags(OUTCOMES)}
+    return {**cf_attributes(name), "standard_name": "status_flag", **flag_attributes(Outcome)}

@@ -17,6 +17,7 @@ from ..kernels.loading import results as loading_rows
 from ..kernels.product import grid as product_grid
 from ..nomenclature import VARIABLES
 from ..notices import notice
+from ..outcomes import Outcome
 from ..pieces import Argument
 from ..programs import Program, shape_of
 from .chunks import cut
@@ -24,8 +25,6 @@ from .dead_load import film_of, has_dead_load
 from .loading import SINE, arrays_of, table_of
 from .methods import TIME, Choice, choose
 from .product import Product, product_of
-
-SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
 
 KERNELS = FINGERPRINT
 """Hash of the sources of the kernels: another one may be another result."""
@@ -49,10 +48,10 @@ COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
 COMPILE_SECONDS_OF_PRODUCTS = 40
 
-_OUTCOMES = np.full(16, UNRESOLVED, np.int8)
-_OUTCOMES[lane_state.SURVIVES] = SURVIVES
-_OUTCOMES[lane_state.FAILED] = FAILS_LATER
-_OUTCOMES[lane_state.FAILS_AT_ONCE] = FAILS_AT_ONCE
+_OUTCOMES = np.full(16, Outcome.UNRESOLVED, np.int8)
+_OUTCOMES[lane_state.SURVIVES] = Outcome.SURVIVES
+_OUTCOMES[lane_state.FAILED] = Outcome.FAILS_LATER
+_OUTCOMES[lane_state.FAILS_AT_ONCE] = Outcome.FAILS_AT_ONCE
 
 
 Parameters = Mapping[str, NDArray[np.float64]]
@@ -140,7 +139,7 @@ def solve(
     found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
     if found.largest_stretch is None:  # under a field that only rises, the largest stretch is the last one
         found = found._replace(
-            largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
+            largest_stretch=np.where(found.outcome == Outcome.SURVIVES, found.final_stretch, found.critical_stretch)
         )
     absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in program.results)
     return found._replace(**absent)

@@ -19,6 +19,7 @@ HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib",
 RANKS = (
     {
         "nomenclature",
+        "outcomes",
         "checks",
         "plausibility",
         "printable",
@@ -31,8 +32,8 @@ RANKS = (
         "csv_tables",
         "toml_tables",
     },
-    {"sweeps"},
     {"materials"},
+    {"sweeps"},
     {"limits", "general"},
     {"files"},
     {"charts"},
