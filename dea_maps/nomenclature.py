@@ -174,6 +174,7 @@ _WORDS = {
     "period": "period, in relaxation times",
     "share": "share of a time",
     "count": "number of cycles",
+    "stress": "nominal stress, over the relaxed shear modulus",
 }
 
 
@@ -365,6 +366,8 @@ RESERVED = frozenset(
         "fresh",
         "parameter",
         "lifetime",
+        "lifetime_seconds",
+        "time_seconds",
         "cycles",
         "cycle",
     }

@@ -34,9 +34,9 @@ def _checking_input() -> Iterator[None]:
 def sweep(arguments: argparse.Namespace) -> None:
     """Solve a specification into a file."""
     from ..files.netcdf import open_map
-    from ..files.to_netcdf import planned_file, sweep_to_netcdf
+    from ..files.to_netcdf import planned_file, write
     from ..materials.scales import scales_of
-    from .specification import read_specification, thinned
+    from .specification import read_specification
     from .summary import describe_plan, one_line
 
     storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
@@ -44,20 +44,17 @@ def sweep(arguments: argparse.Namespace) -> None:
         spec = read_specification(arguments.specification)
         if arguments.variables is not None:
             storing["variables"] = arguments.variables.split(",")
-        parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
-        film = {"material": spec.material, "thickness": spec.thickness}
-        asked = {**parameters, **spec.accuracy, **storing, **film}
         _check_other(arguments.output, arguments.specification, "the specification")
         if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
             raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
-        plan = planned_file(arguments.output, spec.program, **asked)
+        plan = planned_file(arguments.output, spec.request(arguments.quick), **storing)
     if arguments.dry_run:
         say(describe_plan(plan, arguments.fresh))
         return
     if plan.film is not None and not arguments.quiet:
         say(str(scales_of(plan.hollow())))
     progress = sys.stderr.isatty() and not arguments.quiet
-    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
+    write(plan, arguments.fresh, progress)
     if not arguments.quiet:
         with open_map(arguments.output) as ds:
             say(f"{arguments.output}: {one_line(ds)}")

@@ -168,7 +168,9 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
     --------
     >>> from dea_maps.files.to_netcdf import planned_file
     >>> from dea_maps.programs import Step
-    >>> print(describe_plan(planned_file("map.nc", Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[2])
+    >>> from dea_maps.runs.request import Request
+    >>> request = Request(Step(), {"field": [0.9, 1.2], "modulus_ratio": 4.0})
+    >>> print(describe_plan(planned_file("map.nc", request)).splitlines()[2])
     cells                      2
     """
     grid, choice = plan.grid, plan.choice

@@ -9,8 +9,8 @@ import xarray as xr
 from ..charts.boundaries import FAILS_LATER, SURVIVES
 from ..charts.plane import BREAKS_DOWN
 from ..program_text import kinds_in
+from ..runs.maps import sweep
 from ..sweeps.loading import loading_time
-from ..sweeps.run import sweep
 from ..sweeps.solve import relaxation_rate, trace
 from .cells import POINTS, Cells, Floats
 

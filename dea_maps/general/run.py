@@ -11,8 +11,7 @@ from .. import __version__
 from ..checks import brief
 from ..nomenclature import KINDS, Kind, cf_attributes
 from ..outcomes import GeneralLimit, Outcome, flag_attributes, words_of
-from ..sweeps.parameters import check_values
-from ..sweeps.trajectories import checked_times
+from ..sweeps.parameters import check_values, checked_times
 from .film import Life, Loads, live, sampled, tension_loss
 from .free_energy import CRITICAL_FIELD, State, det_hessian, dissipation_rate, equations_of_state, free_energy
 from .integrate import DISSIPATED, TIME, WORK

@@ -80,7 +80,7 @@ class Choice:
     """What a sweep is computed with.
 
     One of ``rtol`` and ``step`` is a number; whether the films carry a dead load; whether what cells have in common is
-    integrated once for them all, see `dea_maps.sweeps.run.planned`.
+    integrated once for them all, see `dea_maps.runs.request.Planned`.
     """
 
     method: str
