@@ -89,7 +89,7 @@ class Plan:
 
     @property
     def strength(self) -> StrengthOf | None:
-        """The true field at which the film breaks down, over the relaxed critical field, if it is known."""
+        """The true field at which the film breaks down, normalised by the relaxed critical field, if it is known."""
         known = self.film is not None and self.film[0].breakdown_strength is not None
         return self.film[0].strength if self.film is not None and known else None
 

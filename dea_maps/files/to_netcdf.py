@@ -63,7 +63,7 @@ def sweep_to_netcdf(
 
     The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
     complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
-    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    interruption resumes from them. Threads of one process may write and open maps at once: one lock guards all calls of
     this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
 
     Parameters
@@ -89,7 +89,7 @@ def sweep_to_netcdf(
     material, thickness : Material and float, optional
         Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film. If the
         material knows its breakdown strength, it is also that of `dea_maps.breakdown`, to the same `rtol` (1e-6 with a
-        method of fixed step). Parts that rest on a strength given as a function are not used by a later call, unless
+        method of fixed step). Parts computed with a strength given as a function are not used by a later call, unless
         the function is that of a specification, ``{at_rest, exponent}``.
 
     Raises
