@@ -87,7 +87,7 @@ def curves_of(cells: Cells) -> Curves:
     at_end = fails & (times >= (1.0 - 2.0 * RTOL) * span[:, np.newaxis])
     own = {name: array[chosen] for name, array in values.items()}
     stretch = np.ones(times.shape)
-    # The end is known; at this accuracy, a film might be sought there alive.
+    # The end is known; at this accuracy, the film might not have failed yet there.
     stretch[chosen], _ = trace(cells.program, own, np.where(at_end, 2.0, 1.0)[chosen] * times[chosen], RTOL)
     stretch = np.where(at_end & chosen[:, np.newaxis], found["critical_stretch"][:, np.newaxis], stretch)
     at_breakdown = breaks_down & chosen[:, np.newaxis] & (times == span[:, np.newaxis])

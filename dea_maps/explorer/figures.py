@@ -49,7 +49,7 @@ class Trajectory(NamedTuple):
     curve, failure : ColumnDataSource
         ``time`` and ``stretch`` of the curve, and of its end where that is failure.
     final : Span
-        At the stretch of a film that survives, for good.
+        At the stretch of a film that survives, as t -> infinity.
     """
 
     figure: figure

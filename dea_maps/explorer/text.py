@@ -1,4 +1,4 @@
-"""The words on a page to explore: how to read it, what was left out, from what it was made."""
+"""The words of the interactive page: how to read it, what was left out, from what it was made."""
 
 from .. import __version__
 from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
@@ -18,9 +18,9 @@ def reading(cells: Cells) -> str:
     """Return how to read the page."""
     outcomes = cells.ds["outcome"].values
     looks = {
-        SURVIVES: "light grey: it survives for good",
+        SURVIVES: "light grey: it survives indefinitely",
         FAILS_AT_ONCE: "hatched: it fails at once",
-        UNRESOLVED: "black: unresolved, which is no verdict on the film",
+        UNRESOLVED: "black: unresolved, that is undetermined at this rtol",
         BREAKS_DOWN: "cross-hatched: it breaks down first",
     }
     met = "; ".join(words for outcome, words in looks.items() if (outcomes == outcome).any())
@@ -44,7 +44,7 @@ def notes(cells: Cells, made_from: str) -> list[str]:
     told = [f"In words: {'; '.join(symbols)}."]
     if cells.seconds is not None:
         told.append(
-            f"In SI units for a film of {ds.attrs['material']}, {1e6 * ds.attrs['thickness_in_m']:.4g} μm thick before "
+            f"In SI units for a film of {ds.attrs['material']}, {1e6 * ds.attrs['thickness_in_m']:.4g} µm thick before "
             f"deformation, with a relaxation time of {cells.seconds:.4g} s."
         )
     left_out = [
@@ -82,5 +82,5 @@ def sentences(cells: Cells) -> dict[str, object]:
         "no_curve": "It has no curve here: it takes much longer than the others, or to be as accurate as asked.",
         str(FAILS_AT_ONCE): "It fails at once, so that there is no curve.",
         str(BREAKS_DOWN): "It breaks down while the field is switched on, so that there is no curve.",
-        str(UNRESOLVED): "It is unresolved, which is no verdict on the film: there is no curve.",
+        str(UNRESOLVED): "It is unresolved, that is undetermined at this rtol: there is no curve.",
     }

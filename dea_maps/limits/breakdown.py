@@ -51,8 +51,8 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = RTOL) -> xr.Data
     ds : Dataset
         From `dea_maps.sweep` or `dea_maps.trajectory`, or of its variables some.
     strength : float or callable
-        The true field at which the film breaks down, over the relaxed critical field; or what returns it for an array
-        of stretches, as `Material.strength`.
+        The true field at which the film breaks down, normalised by the relaxed critical field; or a
+        function that returns it for an array of stretches, as `Material.strength`.
     rtol : float
         Relative error allowed in the results, from 1e-10 to 1e-3. Where the time depends on the strength so strongly
         that rounding would decide, right after the beginning and where a film that survives comes to rest, it is the
@@ -176,7 +176,7 @@ def solve_with_limits(
     program, parameters, choice, on_cells, threads
         As in `dea_maps.solve.solve`.
     strength : callable
-        The true field at which the film breaks down, over the relaxed critical field.
+        The true field at which the film breaks down, normalised by the relaxed critical field.
 
     Returns
     -------

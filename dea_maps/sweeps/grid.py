@@ -14,7 +14,7 @@ from .dead_load import load_of, relaxed_threshold
 from .parameters import ParameterLike, as_data_array
 
 _THRESHOLD = {
-    "long_name": "largest field that the relaxed film carries under its dead load, "
+    "long_name": "largest field that the relaxed film sustains under its dead load, "
     "normalised by that of the film without one",
     "units": "1",
 }

@@ -37,7 +37,7 @@ class Table(NamedTuple):
     repeats : int
         How often the pieces are gone through; `dea_maps.programs.ENDLESS` without end.
     endless : bool
-        Whether the last piece stands for a rise without end: it ends where no film is left.
+        Whether the last piece stands for a rise without end: it ends where every film has failed.
     """
 
     kind: npt.NDArray[np.int8]
@@ -184,7 +184,7 @@ def _of(argument: _Field, given: Parameters) -> Any:
 
 
 def _beyond(given: Parameters) -> Any:
-    """Return a field that no film carries, the end of a rise without end: twice that of instant failure."""
+    """Return a field that no film sustains, the end of a rise without end: twice that of instant failure."""
     return 2.0 * np.sqrt(given["modulus_ratio"])
 
 

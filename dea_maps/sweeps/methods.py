@@ -33,7 +33,7 @@ class Method:
     formulations : tuple of str
         What ``formulation=`` takes with it; "auto" takes the first that serves the program.
     region : str
-        Where the promise of ``rtol`` holds.
+        Where ``rtol`` is guaranteed.
     source : str
         Where the method comes from.
     fixed_step : bool
@@ -178,7 +178,7 @@ _AUTOMATIC = ("quadrature", "dop853")
 
 
 def methods() -> MethodTable:
-    """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is promised.
+    """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is guaranteed.
 
     Returns
     -------

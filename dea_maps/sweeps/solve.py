@@ -1,4 +1,4 @@
-"""The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
+"""Interface to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
 
 import threading
 from collections.abc import Callable, Collection, Mapping

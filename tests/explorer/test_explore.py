@@ -52,7 +52,7 @@ def test_a_page_holds_all_it_needs(cube):
 def test_a_page_says_how_to_read_it_and_whence_it_is(cube):
     words = words_of(draw(cube))
     assert "The slider changes the modulus ratio" in words
-    assert "light grey: it survives for good" in words
+    assert "light grey: it survives indefinitely" in words
     assert "hatched" not in words
     assert "All 405 cells of the map are shown" in words
     assert "rtol = 1e-06" in words
@@ -169,7 +169,7 @@ def test_repeated_and_single_values():
 
 def test_a_film_in_volts_and_seconds(cube):
     words = words_of(draw(dm.physical(cube, dm.VHB, 100e-6)))
-    assert "100 μm thick" in words
+    assert "100 µm thick" in words
     cells = cells_of(dm.physical(cube, dm.VHB, 100e-6))
     assert (cells.x.shown, cells.y.shown, cells.time_shown) == ("voltage", "voltage_rate", "seconds_to_failure")
     assert cells.seconds == pytest.approx(dm.VHB.relaxation_time)

@@ -247,7 +247,7 @@ def test_jump_to_more_than_the_film_carries():
 
 
 @pytest.mark.parametrize("width", [0.1, 0.5, 0.9])
-def test_pulse_fails_exactly_if_it_outlasts_the_time_of_the_step(width):
+def test_pulse_fails_exactly_if_it_is_longer_than_the_time_to_failure_of_the_step(width):
     step = dm.sweep(dm.Step(), field=np.linspace(1.05, 1.95, 19), modulus_ratio=4.0, rtol=1e-10)
     pieces = [hold(FIELD, width), hold(0.0, 0.0)]
     status, result = sweep(pieces, m=4.0, field=step.field.values, rtol=1e-9)
