@@ -1,6 +1,6 @@
 """Loading programs: the field against time as a sequence of pieces, whose arguments a sweep varies.
 
-Adding a program is one entry here: a class with a name and its pieces.
+Adding a program is one entry here, a class with a name and its pieces: see docs/extending/program.md.
 """
 
 import math
@@ -17,6 +17,11 @@ from .pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+_DEFINED: dict[str, "type[Program]"] = {}
+
+PROGRAMS: Mapping[str, "type[Program]"] = MappingProxyType(_DEFINED)
+"""Every loading program by its name in files: a class that names itself enters when it is defined."""
 
 ENDLESS = -1
 """Stands for the number of repetitions of a program that is repeated without end."""
@@ -48,11 +53,17 @@ class Program:
     parameters: tuple[str, ...]
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Find the parameters of a program whose pieces are its class's."""
+        """Find the parameters of a program whose pieces are its class's, and enter it by its name."""
         super().__init_subclass__(**options)
+        if "name" in cls.__dict__:
+            other = _DEFINED.get(cls.name)
+            if other is not None and other.__qualname__ != cls.__qualname__:  # the same class may be defined anew
+                raise ValueError(f"name of {cls.__qualname__} must not be {cls.name!r}, that of {other.__qualname__}")
+            _DEFINED[cls.name] = cls
         if "pieces" in cls.__dict__ and isinstance(cls.pieces, tuple):
             found = kinds_of(cls.pieces)
-            cls.kinds = MappingProxyType({name: found[name] for name in PARAMETERS if name in found})
+            named = {name: found[name] for name in PARAMETERS if name in found}
+            cls.kinds = MappingProxyType({**named, **found})  # those of the table in its order, then others
             cls.parameters = tuple(cls.kinds)
 
     @property
@@ -413,9 +424,3 @@ def check_repeat(repeat: object) -> None:
         raise TypeError(f"repeat must be True, False or a whole number; got {brief(repeat)}")
     if repeat < 1:
         raise ValueError(f"repeat must be True, False or at least 1; got {repeat}")
-
-
-PROGRAMS: Mapping[str, type[Program]] = MappingProxyType(
-    {program.name: program for program in Program.__subclasses__()}
-)
-"""Every loading program by its name in files."""

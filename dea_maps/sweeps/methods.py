@@ -112,7 +112,7 @@ def _serves(form: str, program: Program, dead_load: bool) -> bool:
 
 def _serves_named(form: str, name: str) -> bool:
     """Return whether a formulation serves every program of a name."""
-    made_of_pieces = "pieces" in PROGRAMS[name].__dict__
+    made_of_pieces = isinstance(PROGRAMS[name].__dict__.get("pieces"), tuple)
     return form not in _SHAPES or (made_of_pieces and _serves(form, PROGRAMS[name](), False))
 
 
