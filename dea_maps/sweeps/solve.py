@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import build, lane_state, programs
+from ..kernels import build, lane_state
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
 from ..kernels.loading import build as loading
@@ -33,15 +33,10 @@ KERNELS = FINGERPRINT
 CHUNK = 4096
 # The same of a product grid, of which a cell takes some tens of nanoseconds.
 PRODUCT_CHUNK = 65_536
+# The same of films that are followed in time.
+TRACE_CHUNK = 16
 # Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
 ATTEMPTS = 1_000_000
-# The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
-TRACE_ATTEMPTS = 100_000_000
-# Relaxation times of its own after which a film that survives differs from its end by less than rounding.
-RELAXATIONS = 45.0
-# Shares of the tolerance to trace with, until all is found: at the limit of its stability, where a slow ramp keeps it,
-# an explicit method takes a step now and then whose error it does not see, and that leads nowhere.
-RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
 
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
 COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
@@ -292,38 +287,28 @@ def trace(
     stretch, internal_stretch : ndarray
         Of the shape of ``parameters`` and one dimension more, along ``times``; NaN after failure.
     """
-    ratio = parameters["modulus_ratio"]
-    cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
-    stretch, internal = np.empty((2, cells, shape[-1]))
-    rising = shape_of(program)
-    if rising is None or has_dead_load(parameters):
-        _trace_general(program, parameters, times, rtol, stretch, internal)
-        return stretch.reshape(shape), internal.reshape(shape)
-    kernel = build.trajectory(rising.name)
+    shape = parameters["modulus_ratio"].shape
+    table = table_of(program)
+    kernel = loading.trajectory(bool((table.kind == SINE).any()), has_dead_load(parameters))
     _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
-    ends = solve_auto(program, parameters, rtol)
-    lifetimes = np.nan_to_num(ends.time_to_failure)
-    fields, rates = (_column(argument, parameters) for argument in (rising.field, rising.rate))
-    corners = fields / rates if rising.name == "ramp_hold" else np.zeros_like(fields)
-    per_cell = np.minimum(times, _relaxed_by(corners, ratio, ends.final_stretch)[..., np.newaxis])
+    per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
+    # A film that survives has no time to failure; one that fails at once is not followed.
+    life = np.nan_to_num(solve_auto(program, parameters, rtol).time_to_failure, nan=np.inf)[..., np.newaxis]
+    wanted = np.where(life > 0.0, per_cell <= life, False).sum(axis=-1).ravel()
+    stretch, internal = np.empty((2, wanted.size, times.shape[-1]))
+    parts = cut(shape, TRACE_CHUNK)
 
-    def compute(cell: int) -> int:
-        index = np.unravel_index(cell, ratio.shape)
-        columns = [np.atleast_1d(column[index]) for column in (fields, rates, ratio)]
-        own = per_cell[index]
-        # Where the film runs away after a long hold, the error counts of all that time.
-        field, rate, _ = (float(column[0]) for column in columns)
-        held = programs.time_held(rising.name, field, rate, float(lifetimes.flat[cell]))
-        tight = max(rtol / (1.0 + 10.0 * held), 1e-14)
-        alive = own < (lifetimes.flat[cell] or np.inf)
-        for share in RETRACED:
-            kernel(*columns, own, share * tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
-            if np.isfinite(stretch[cell, alive]).all():
-                break
-        return 1
+    def compute(number: int) -> int:
+        part, index = parts.cells(number), parts.index(number)
+        given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
+        own = np.array(per_cell[index], order="C").reshape(-1, times.shape[-1])
+        film = (*arrays_of(table, given), *film_of(given))
+        kernel(*film, rtol, own, wanted[part], stretch[part], internal[part])
+        return own.shape[0]
 
-    _in_threads(compute, range(cells))
-    return stretch.reshape(shape), internal.reshape(shape)
+    _in_threads(compute, range(parts.count))
+    full = (*shape, times.shape[-1])
+    return stretch.reshape(full), internal.reshape(full)
 
 
 def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -334,41 +319,6 @@ def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[n
     u = final_stretch**-2
     stiffness = np.maximum(4.0 * u**3 - 1.0, 0.0)  # none at the relaxed critical field
     return np.asarray(6.0 * u * stiffness / np.maximum(stiffness + 3.0 * (modulus_ratio - 1.0) * u, 1e-300))
-
-
-def _relaxed_by(
-    corner: NDArray[np.float64], modulus_ratio: NDArray[np.float64], final_stretch: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """When films that survive have come to rest: an explicit method would step on for ever. Infinity for others."""
-    rate = relaxation_rate(final_stretch, modulus_ratio)
-    comes_to_rest = rate > 0.0
-    return np.where(comes_to_rest, corner + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
-
-
-def _trace_general(
-    program: Program,
-    parameters: Parameters,
-    times: NDArray[np.float64],
-    rtol: float,
-    stretch: NDArray[np.float64],
-    internal: NDArray[np.float64],
-) -> None:
-    """Fill in the stretches of films under any program and dead load, (cells, times), as `trace` returns them."""
-    table = table_of(program)
-    kernel = loading.trajectory(bool((table.kind == SINE).any()), has_dead_load(parameters))
-    _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
-    shape = parameters["modulus_ratio"].shape
-    per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
-
-    def compute(cell: int) -> int:
-        index = np.unravel_index(cell, shape)
-        given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
-        own = np.array(per_cell[index])
-        part = slice(cell, cell + 1)
-        kernel(*arrays_of(table, given), *film_of(given), rtol, own, stretch[part], internal[part])
-        return 1
-
-    _in_threads(compute, range(stretch.shape[0]))
 
 
 def default_threads() -> int:

@@ -28,8 +28,9 @@ and ``result`` (RESULTS, cells) float64, NaN where a row has no value for the ou
 
     trajectory = build.trajectory(sine, dead_load)
     trajectory(kind, scale, source, columns, repeats, modulus_ratio, start_stretch, dead_load, tolerance, times,
-               stretch, internal_stretch)
+               wanted, stretch, internal_stretch)
 
-fills (cells, times) arrays at ``times`` (times,), ascending, >= 0; NaN from failure on. All arrays are C-contiguous.
+fills (cells, times) arrays at ``times`` (cells, times), ascending, >= 0, the first ``wanted`` (cells,) of each cell,
+which are before its failure; NaN elsewhere, and where the film fails before. All arrays are C-contiguous.
 Results of a cell depend on its own columns alone.
 """

@@ -382,7 +382,7 @@ def trajectory(pieces, times, *, m, repeats=1, xi=1.0, sigma=0.0, rtol=1e-8):
     stretch, internal = np.empty((2, 1, len(times)))
     kernel = build.trajectory(any(piece[0] == SINE for piece in pieces), sigma > 0)
     films = (np.array([x], float) for x in (m, xi, sigma))
-    kernel(*table, repeats, *films, rtol, np.asarray(times, float), stretch, internal)
+    kernel(*table, repeats, *films, rtol, np.array([times], float), np.array([len(times)]), stretch, internal)
     return stretch[0], internal[0]
 
 
