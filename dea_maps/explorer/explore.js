@@ -81,7 +81,8 @@ function draw_film({curve, end, frame}, film) {
   const found = curve_of(film)
   const {time, field, stretch} = found
   const y = quantity() === "stretch" ? stretch : stretch.map((value) => area_strain(film, value))
-  curve.data = {time, field, y}
+  // Before the program the field is zero.
+  curve.data = {time: [...time.slice(0, 1), ...time], field: [...time.slice(0, 1), ...field], y: [...y.slice(0, 1), ...y]}
   end.data = found.ends ? {time: time.slice(-1), y: y.slice(-1)} : {time: [], y: []}
   const at = film.slice === shown_slice() ? [film.cell] : []
   const {start, end: highest} = figures.map.y_range
@@ -282,7 +283,7 @@ function paint() {
     }
     for (const {name, glyph} of figure.renderers) {
       if (name === "ink") {
-        glyph.line_color = {value: ink}
+        glyph.setv(glyph.type === "Scatter" ? {fill_color: {value: ink}, line_color: {value: ink}} : {line_color: ink})
       } else if (name === "chosen" || name === "kept") {
         glyph.line_color = {value: colour(name === "kept" ? "kept" : "ink")}
       } else if (name?.endsWith("failure")) {

@@ -6,7 +6,20 @@ Their colours are those of the page, which follow the reader's setting: see expl
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from bokeh.models import CDSView, ColumnDataSource, CustomJSHover, GroupFilter, HoverTool, LogColorMapper, Quad, Range1d
+from bokeh.models import (
+    CDSView,
+    ColumnDataSource,
+    CustomJSHover,
+    GroupFilter,
+    HoverTool,
+    Line,
+    LogColorMapper,
+    NoOverlap,
+    PrintfTickFormatter,
+    Quad,
+    Range1d,
+    Scatter,
+)
 from bokeh.models.annotations import ColorBar, Span
 from bokeh.plotting import figure
 from bokeh.themes import Theme
@@ -107,7 +120,7 @@ def draw_map(cells: Cells, source: ColumnDataSource, films: dict[str, Drawn]) ->
         toolbar_location="below",
         **_FIGURE,
     )
-    plot.toolbar.logo = None
+    _tidy(plot)
     plot.grid.visible = cells.y is None
     upright = {"bottom": "bottom", "top": "top"} if cells.y is not None else {"bottom": y_range[0], "top": y_range[1]}
     colours = [to_hex(colour) for colour in COLOURS(np.arange(COLOURS.N))]
@@ -128,9 +141,9 @@ def draw_map(cells: Cells, source: ColumnDataSource, films: dict[str, Drawn]) ->
         plot.add_layout(ColorBar(color_mapper=times, title=title, height=12, padding=4, name="bar"), "above")
     if cells.y is None:
         for name, dash in zip(cells.times_shown.values(), ("solid", "dashed"), strict=False):
-            look: dict[str, Any] = {"source": source, "nonselection_alpha": 1, "name": "ink"}
-            plot.line(cells.x.shown, name, line_width=1.5, line_dash=dash, **look)
-            plot.scatter(cells.x.shown, name, size=5, **look)
+            line = Line(x=cells.x.shown, y=name, line_width=1.5, line_dash=dash)
+            for glyph in (line, Scatter(x=cells.x.shown, y=name, size=5)):
+                plot.add_glyph(source, glyph, selection_glyph=glyph, nonselection_glyph=glyph, name="ink")
     for name, film in films.items():
         # Dark on light: one of them is seen on any cell.
         for colour, width in (("black", 6), ("white", 3)):
@@ -142,7 +155,7 @@ def draw_map(cells: Cells, source: ColumnDataSource, films: dict[str, Drawn]) ->
     return plot
 
 
-def draw_program(cells: Cells, films: dict[str, Drawn]) -> figure:
+def draw_program(cells: Cells, films: dict[str, Drawn], bounds: tuple[float, float]) -> figure:
     """Make the figure for the field of films against time.
 
     Parameters
@@ -151,12 +164,17 @@ def draw_program(cells: Cells, films: dict[str, Drawn]) -> figure:
         What is shown.
     films : dict of str to Drawn
         From `sources`.
+    bounds : tuple of float
+        Of the field, as it is shown.
 
     Returns
     -------
     figure
     """
-    return _against_time(cells, films, "program", "field", plain_label("field" if cells.volts is None else "voltage"))
+    plot = _against_time(cells, films, "program", "field", plain_label("field" if cells.volts is None else "voltage"))
+    margin = 0.06 * (bounds[1] - bounds[0])
+    plot.y_range = Range1d(start=bounds[0] - margin, end=bounds[1] + margin)
+    return plot
 
 
 def draw_trajectory(cells: Cells, films: dict[str, Drawn]) -> tuple[figure, list[Span]]:
@@ -193,10 +211,11 @@ def _against_time(cells: Cells, films: dict[str, Drawn], name: str, column: str,
         y_axis_label=label,
         tools="box_zoom,wheel_zoom,pan,reset,save",
         toolbar_location="below" if below else None,
-        min_border_left=70,
+        min_border_left=76,
         **_FIGURE,
     )
-    plot.toolbar.logo = None
+    _tidy(plot)
+    plot.axis.formatter = PrintfTickFormatter(format="%.4g")
     for which, film in films.items():
         dash = "solid" if which == "chosen" else "dashed"
         line = plot.line("time", column, source=film.curve, line_width=2, line_dash=dash, name=which)
@@ -205,6 +224,11 @@ def _against_time(cells: Cells, films: dict[str, Drawn], name: str, column: str,
             HoverTool(renderers=[line], tooltips=tooltips, formatters=_formatted("time", column), visible=False)
         )
     return plot
+
+
+def _tidy(plot: figure) -> None:
+    plot.toolbar.logo = None
+    plot.axis.major_label_policy = NoOverlap(min_distance=6)
 
 
 def legend(cells: Cells) -> list[tuple[str, str]]:

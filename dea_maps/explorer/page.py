@@ -44,9 +44,11 @@ def page(cells: Cells, curves: Curves, made_from: str) -> str:
     slices = _slices(cells, curves, kept)
     shown = ColumnDataSource({**_places(cells), **slices[0].data}, name="cells")
     films = sources()
+    field_low, field_high = (bound * (cells.volts or 1.0) for bound in (curves.field.low, curves.field.high))
     trajectory, limits = draw_trajectory(cells, films)
-    figures = {"map": draw_map(cells, shown, films), "program": draw_program(cells, films), "trajectory": trajectory}
-    figures["program"].x_range = trajectory.x_range
+    program = draw_program(cells, films, (field_low, field_high))
+    program.x_range = trajectory.x_range
+    figures = {"map": draw_map(cells, shown, films), "program": program, "trajectory": trajectory}
     sliders = [
         {"label": plain_label(axis.shown), "most": axis.number - 1, "middle": axis.number // 2} for axis in cells.across
     ]
@@ -62,7 +64,7 @@ def page(cells: Cells, curves: Curves, made_from: str) -> str:
             "seconds": cells.seconds or 1.0,
             "bounds": {
                 "stretch": [curves.stretch.low, curves.stretch.high],
-                "field": [bound * (cells.volts or 1.0) for bound in (curves.field.low, curves.field.high)],
+                "field": [field_low, field_high],
             },
             "prestretch": fixed_parameters(cells).get("prestretch", 1.0),
             "labels": {name: plain_label(name) for name in ("stretch", "area_strain")},

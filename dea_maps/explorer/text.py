@@ -44,18 +44,23 @@ def reading(cells: Cells) -> str:
     """Return how to read the page."""
     outcomes = cells.ds["outcome"].values
     sliders = [quantity_of(axis.name).label for axis in cells.across]
+    drawn = [", up to failure (cross)"]
+    if (outcomes == SURVIVES).any():
+        limit = "the stretches of the limit cycle" if "steady_stretch_max" in cells.ds else "its final stretch"
+        drawn.append(f", or {'with' if _cut(cells) else 'until it has nearly'} {limit} (dashed)")
     parts = [
         "Every point of the line is a film" if cells.y is None else "Every cell of the map is a film",
         ": the line is" if cells.y is None else "; its colour is",
         " the time until it fails by electromechanical instability",
         ", or breaks down, which is hatched crosswise" if (outcomes == BREAKS_DOWN).any() else "",
         ". ",
-        f"{'The slider changes' if len(sliders) == 1 else 'Sliders change'} the {', '.join(sliders)}. "
+        f"{'The slider changes' if len(sliders) == 1 else 'Sliders change'} the {' and the '.join(sliders)}. "
         if sliders
         else "",
         "Point at a film for its values. Click it, or choose it with the arrow keys in the map, for its field and "
-        "stretch against time, up to failure (cross)",
-        ", or until it has nearly its final stretch (dashed)." if (outcomes == SURVIVES).any() else ".",
+        "stretch against time",
+        *drawn,
+        ".",
         f" Of a program that is repeated, the first {REPETITIONS} repetitions are drawn." if _cut(cells) else "",
         " Keep a film to compare it with others. The address of the page remembers what is shown.",
     ]
@@ -114,11 +119,9 @@ def sentences(cells: Cells) -> dict[str, object]:
     no_curve = "no curve is drawn, as it takes much longer than the others, or to be as accurate as asked"
     first = f"the first {REPETITIONS} repetitions are drawn"
     whole = {FAILS_LATER: f"It fails {reached}", BREAKS_DOWN: f"It breaks down {reached}"}
+    nearly = f"after {{end}} {unit} its stretch of {{stretch}}, an area strain of {{strain}}, is nearly the final one"
     part = {
-        SURVIVES: f"{survives}; {first}."
-        if _cut(cells)
-        else f"It survives: after {{end}} {unit} its stretch of {{stretch}}, an area strain of {{strain}}, is nearly the "
-        "final one.",
+        SURVIVES: f"{survives}; {first}." if _cut(cells) else f"It survives: {nearly}.",
         FAILS_LATER: f"{fails}; {first}.",
     }
     none = {
