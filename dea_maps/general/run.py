@@ -12,7 +12,7 @@ from ..checks import brief
 from ..nomenclature import KINDS, Kind, cf_attributes
 from ..outcomes import GeneralLimit, Outcome, flag_attributes, words_of
 from ..sweeps.parameters import check_values, checked_times
-from .film import Result, Loads, integrated, sampled, tension_loss
+from .film import Loads, Result, integrated, sampled, tension_loss
 from .free_energy import CRITICAL_FIELD, State, det_hessian, dissipation_rate, equations_of_state, free_energy
 from .integrate import DISSIPATED, TIME, WORK
 from .load_history import Load, as_history
