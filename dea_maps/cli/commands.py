@@ -79,7 +79,7 @@ def plot(arguments: argparse.Namespace) -> None:
 
 
 def explore(arguments: argparse.Namespace) -> None:
-    """Make a page to look around in a map."""
+    """Make an interactive HTML page of a map."""
     from ..explorer.export import check_page_path, draw, save
     from ..files.verify import open_any
 
@@ -91,7 +91,7 @@ def explore(arguments: argparse.Namespace) -> None:
 
 
 def design(arguments: argparse.Namespace) -> None:
-    """Print the largest voltages that films take, and draw them."""
+    """Print the allowable voltages of films, and draw them."""
     from ..charts.select import check_chart_path, draw, save
     from ..limits.voltages import describe_design, read_design
 

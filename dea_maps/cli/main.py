@@ -24,8 +24,8 @@ Phase diagrams of dielectric-elastomer actuators: when, and at what stretch, a f
   dea-maps sweep SPEC.toml -o OUT.nc     solve every combination of parameters of a specification
   dea-maps plot OUT.nc -o CHART.png      draw what was found (.png, .svg or .pdf)
   dea-maps info OUT.nc                   say what was found
-  dea-maps explore OUT.nc -o PAGE.html   make a page to look around in, with a browser
-  dea-maps design SPEC.toml [-o CH.png]  the largest voltages that films take for given times
+  dea-maps explore OUT.nc -o PAGE.html   make an interactive HTML page
+  dea-maps design SPEC.toml [-o CH.png]  the allowable voltages of films for given times
   dea-maps fit DATA.csv [-o FIT.png]     fit a material to curves of uniaxial tension
 """
 
@@ -34,7 +34,7 @@ a specification:
   [program]
   name = "ramp_hold"     # step: field at once; ramp: rate * t; ramp_hold: min(rate * t, field)
   [grid]                 # each a number, a list, or {start, stop, num, spacing = "linear" | "log"}
-  field = { start = 0.8, stop = 2.2, num = 100 }                    # over the relaxed critical field Ec
+  field = { start = 0.8, stop = 2.2, num = 100 }                    # in units of the relaxed critical field Ec
   rate = { start = 1e-3, stop = 1e3, num = 100, spacing = "log" }   # in Ec per relaxation time
   modulus_ratio = [2.0, 3.85, 10.0]                                 # unrelaxed over relaxed shear modulus
   [accuracy]             # optional
@@ -110,7 +110,7 @@ def _status(words: Sequence[str], terminated: list[int]) -> int:
         return _fail(_BAD_INPUT, str(error))
     except KeyboardInterrupt as interrupt:
         ended, status = ("terminated", _TERMINATED) if terminated else ("interrupted", _INTERRUPTED)
-        again = f"; {interrupt}; to go on: {shlex.join(['dea-maps', *words])}" if interrupt.args else ""
+        again = f"; {interrupt}; to resume: {shlex.join(['dea-maps', *words])}" if interrupt.args else ""
         return _fail(status, f"{ended}{again}")
     except streams.OutputError:
         raise
@@ -145,9 +145,9 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("--engine", choices=("threads", "dask"), default="threads", help="what computes")
     sweep.add_argument("--scheduler", metavar="ADDR", help="of a Dask cluster (default: one on this machine)")
     sweep.add_argument("--memory", metavar="SIZE", help="to be used at most, as 2GiB (default: 1GiB)")
-    sweep.add_argument("--fresh", action="store_true", help="do not go on from the parts of an interrupted run")
+    sweep.add_argument("--fresh", action="store_true", help="do not resume from the parts of an interrupted run")
     sweep.add_argument("--quick", action="store_true", help="thin the grid to 10 values a parameter, for a first look")
-    sweep.add_argument("--dry-run", action="store_true", help="check all, say how much it is and takes, and stop")
+    sweep.add_argument("--dry-run", action="store_true", help="check all, print size and estimated run time, and stop")
     sweep.add_argument("--quiet", action="store_true", help="print nothing but errors")
     sweep.set_defaults(run=run.sweep)
 
@@ -162,12 +162,12 @@ def _parser() -> argparse.ArgumentParser:
     info.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
     info.set_defaults(run=run.info)
 
-    explore = choices.add_parser("explore", help="make a page to look around in a map, with a browser")
+    explore = choices.add_parser("explore", help="make an interactive HTML page of a map")
     explore.add_argument("map", metavar="OUT.nc", help="file written by dea-maps sweep")
     explore.add_argument("-o", "--output", metavar="PAGE.html", required=True, help="one file that needs no network")
     explore.set_defaults(run=run.explore)
 
-    design = choices.add_parser("design", help="find the largest voltages that films take for given times")
+    design = choices.add_parser("design", help="find the allowable voltages of films for given times")
     design.add_argument("specification", metavar="SPEC.toml", help="see dea-maps --help for an example")
     design.add_argument("-o", "--output", metavar="CHART.png", help="chart of them: .png, .svg or .pdf")
     design.add_argument("--size", choices=SIZES, default="column", help="for a column of print or a slide")
