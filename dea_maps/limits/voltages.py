@@ -21,8 +21,8 @@ from ..sweeps.parameters import ParameterLike
 from ..sweeps.solve import solve_auto
 from ..toml_tables import check_keys, check_number, read_toml, values_of
 from .answers import broadcast
-from .breakdown import stretch_at
 from .inverse import allowable_field
+from .passage import stretch_at
 
 Array = npt.NDArray[np.float64]
 

@@ -13,7 +13,10 @@ from ..kernels import build, lane_state
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
 from ..kernels.loading import build as loading
+from ..kernels.loading import record as recorded
 from ..kernels.loading import results as loading_rows
+from ..kernels.loading import rows as passage_rows
+from ..kernels.loading.cells import SHARE
 from ..kernels.product import grid as product_grid
 from ..nomenclature import VARIABLES
 from ..notices import notice
@@ -48,6 +51,9 @@ _OUTCOMES[lane_state.SURVIVES] = Outcome.SURVIVES
 _OUTCOMES[lane_state.FAILED] = Outcome.FAILS_LATER
 _OUTCOMES[lane_state.FAILS_AT_ONCE] = Outcome.FAILS_AT_ONCE
 
+
+STEPS: Any = recorded
+"""The numbers of the rows of recorded steps, see `Passages`, by name."""
 
 Parameters = Mapping[str, NDArray[np.float64]]
 """Parameters of cells by name, all of one shape."""
@@ -309,6 +315,106 @@ def trace(
     _in_threads(compute, range(parts.count))
     full = (*shape, times.shape[-1])
     return stretch.reshape(full), internal.reshape(full)
+
+
+class Passages:
+    """Films taken through a loading program step by step, to look for something on the way.
+
+    Parameters
+    ----------
+    program, parameters
+        As in `solve`, of one dimension.
+    rtol : float
+        Relative error allowed in a passage through the program.
+    closeness : float
+        Distance in time to the instability, over the time in the piece of the program, at which a film has failed.
+    square : ndarray, optional
+        xi**2 at the start, where that is not the film's own.
+    one_cycle : bool
+        Whether to end with the first repetition.
+    """
+
+    READY, ENDED, JUMPED, NEAR, RESTS = (
+        passage_rows.READY, passage_rows.ENDED, passage_rows.JUMPED, passage_rows.NEAR, recorded.RESTS,
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        program: Program,
+        parameters: Parameters,
+        rtol: float,
+        closeness: float,
+        square: NDArray[np.float64] | None = None,
+        one_cycle: bool = False,
+    ) -> None:
+        table = table_of(program)
+        which = bool((table.kind == SINE).any()), has_dead_load(parameters)
+        self._record, self._within = loading.record(*which), loading.within(*which)
+        _prepare((self._record, self._within), f"passages through {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
+        *self._pieces, self._columns, self._repeats = arrays_of(table, parameters)
+        self.ratio, start, self.load = film_of(parameters)
+        self._power = -1.0 if which[1] else -0.5
+        self._closeness, self._one_cycle = closeness, one_cycle
+        size = self.ratio.size
+        self.state, self._cycles = np.full(size, self.READY, np.int8), np.zeros(size)
+        self._kept = np.zeros((passage_rows.KEPT, size))
+        self._kept[passage_rows.T] = self._kept[passage_rows.HELD] = -1.0
+        self._kept[passage_rows.BASE] = start**2 if square is None else square
+        self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
+        self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf
+
+    def keep(self, films: NDArray[np.bool_]) -> None:
+        """Go on with some of the films alone."""
+        self._columns, self._kept = (np.compress(films, rows, axis=1).copy() for rows in (self._columns, self._kept))
+        self.ratio, self.load = self.ratio[films], self.load[films]
+        self.state, self._cycles = self.state[films], self._cycles[films]
+
+    def go_on(self, room: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Take every film that is READY so many steps further, or to its end.
+
+        Returns
+        -------
+        count : (films,) ndarray
+            Steps taken.
+        steps : (rows, films, room) ndarray
+            What they are, see `dea_maps.kernels.loading.record`.
+        """
+        count = np.zeros(self.state.size, np.int64)
+        steps = np.empty((recorded.RECORDED, self.state.size, room))
+        program = (*self._pieces, self._columns, self._repeats, self._one_cycle)
+        self._record(
+            *program, self.ratio, self.load, self._closeness, self.state, self._cycles, self._kept, count, steps
+        )
+        return count, steps
+
+    def within(
+        self, films: NDArray[np.int64], start: NDArray[np.float64], length: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return stretch and field a time after the start of recorded steps, (rows, steps), of films."""
+        found = np.empty((2, length.size))
+        inputs = (np.ascontiguousarray(array) for array in (films, self.ratio, self.load, start, length))
+        self._within(*self._pieces, self._columns, *inputs, found)
+        return found[0], found[1]
+
+    @property
+    def change(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """How much xi**2 has changed since the start of the repetition, and its derivative by that at the start."""
+        return self._kept[passage_rows.Y], np.exp(self._kept[passage_rows.GAIN])
+
+    @property
+    def time(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Repetitions completed, and the time since the start of the one under way."""
+        return self._cycles, self._kept[passage_rows.OFFSET] + self._kept[passage_rows.T]
+
+    @property
+    def square(self) -> NDArray[np.float64]:
+        """xi**2 of every film."""
+        return np.asarray(self._kept[passage_rows.BASE] + self._kept[passage_rows.Y])
+
+    @property
+    def stretch(self) -> NDArray[np.float64]:
+        """Stretch of every film."""
+        return np.asarray(self._kept[passage_rows.X] ** self._power)
 
 
 def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]) -> NDArray[np.float64]:

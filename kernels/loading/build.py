@@ -6,6 +6,7 @@ from .._jit import Kernel
 from .cells import make_sweep
 from .law import FREE, LOADED
 from .pieces import LINEAR_ONLY, WITH_SINES
+from .record import make_record, make_within
 from .trajectory import make_trajectory
 
 
@@ -19,3 +20,15 @@ def sweep(sine: bool, dead_load: bool) -> Kernel:
 def trajectory(sine: bool, dead_load: bool) -> Kernel:
     """Compiled trajectories, see the package; arguments as of `sweep`."""
     return make_trajectory(LOADED if dead_load else FREE, WITH_SINES if sine else LINEAR_ONLY)
+
+
+@cache
+def record(sine: bool, dead_load: bool) -> Kernel:
+    """Compiled record of passages step by step, see `record.py`; arguments as of `sweep`."""
+    return make_record(LOADED if dead_load else FREE, WITH_SINES if sine else LINEAR_ONLY)
+
+
+@cache
+def within(sine: bool, dead_load: bool) -> Kernel:
+    """Compiled states within recorded steps, see `record.py`; arguments as of `sweep`."""
+    return make_within(LOADED if dead_load else FREE, WITH_SINES if sine else LINEAR_ONLY)
