@@ -46,12 +46,13 @@ MOST_SLICES, MOST_ALONG = 20, 400
 FEWEST = 400
 """Cells of a map, at least, before values on the sliders are left out, where there are several sliders."""
 
-# Of all values and curves before compression, which makes them four times smaller or more; beside 1.7 MB of library.
+# Of all values and curves before compression, which makes them four times smaller or more; beside 1.3 MB of library.
 _BYTES = 9_000_000
 _PLACES = 10  # columns of edges and parameters, at most
 _POINTS_RISING, _POINTS = 40, 96
 
-_IN_UNICODE = {"$": "", r"\,": " ", r"\mu": "μ", r"\tau": "τ", r"\lambda": "λ", r"\infty": "∞", r"\xi": "ξ", "_": ""}
+_IN_UNICODE = {"$": "", r"\,": " ", r"\mu": "μ", r"\tau": "τ", r"\lambda": "λ", r"\infty": "∞", r"\xi": "ξ", r"\max": "max", r"\min": "min"}
+_IN_UNICODE |= dict.fromkeys("_{}", "")
 
 
 class Axis(NamedTuple):
