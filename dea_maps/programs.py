@@ -118,15 +118,13 @@ def shape_of(program: Program) -> Shape | None:
     return None
 
 
-def _end_of(pieces: Listed[Piece]) -> Argument | None:
-    """Return the field that pieces reach from zero; None where a sine ends between its zeros."""
-    end: Argument | None = 0.0
-    for piece in pieces:
-        if isinstance(piece, Linear | Jump):
-            end = piece.to
-        elif isinstance(piece, Sine) and (isinstance(piece.cycles, str) or 2.0 * piece.cycles % 1.0):
-            end = None
-    return end
+def _drifts(pieces: Listed[Piece]) -> bool:
+    """Return whether a repetition leads every time further: a sine ends between its zeros, and nothing sets a field."""
+    if any(isinstance(piece, Linear | Jump) for piece in pieces):
+        return False
+    return any(
+        isinstance(piece, Sine) and (isinstance(piece.cycles, str) or piece.cycles * 2.0 % 1.0) for piece in pieces
+    )
 
 
 def kinds_of(pieces: Listed[Piece]) -> dict[str, str]:
@@ -280,8 +278,8 @@ class Sequence(Program):
     ----------
     pieces : sequence of Piece
         `Hold`, `Linear`, `Jump`, `Sine`; each argument is a number or the name of a parameter of the sweep, whose kind
-        follows from its use. The field is zero before the first piece, and held after the last one. Pieces that are
-        repeated begin with a `Jump`, or end at zero, so that every repetition is the same.
+        follows from its use. The field is zero before the first piece, and held after the last one. A repetition
+        begins at the field at which the one before it ended.
     repeat : bool or int
         True repeats the pieces without end, a number that many times.
 
@@ -318,8 +316,8 @@ class Sequence(Program):
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]
         if any(endless[:-1]) or (endless[-1] and self.repeats != 1):
             raise ValueError("nothing can follow a Linear without end, whose value is infinite")
-        if self.repeats != 1 and not isinstance(pieces[0], Jump) and _end_of(pieces) != 0.0:
-            raise ValueError("repeated pieces must begin with a Jump, or end at the field 0 at which they begin")
+        if self.repeats != 1 and _drifts(pieces):
+            raise ValueError("repeated pieces must have a Jump or a Linear, or Sines of half and whole cycles alone")
         object.__setattr__(self, "pieces", pieces)
         object.__setattr__(self, "kinds", MappingProxyType(kinds_of(pieces)))
         object.__setattr__(self, "parameters", tuple(self.kinds))

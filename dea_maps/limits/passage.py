@@ -16,7 +16,7 @@ from ..materials.strength import StrengthOf, excess
 from ..outcomes import Limit, Reason
 from ..programs import ENDLESS, Program
 from ..sweeps.dead_load import film_of
-from ..sweeps.loading import SINE, loading_time, table_of
+from ..sweeps.loading import SINE, repetition_starts, table_of
 from ..sweeps.solve import STEPS as STEP
 from ..sweeps.solve import Passages
 from .answers import roots
@@ -111,7 +111,7 @@ class _Search:
         self._strength, self._ends, self._rtol = strength, ends, rtol
         tolerance = max(tolerance * rtol, _SMALLEST_TOLERANCE)
         self.passages = Passages(program, cells, tolerance, _CLOSENESS * rtol, square, one_cycle)
-        self._cycle_time = loading_time(program, cells) / max(program.repeats, 1)
+        self._program, self._cells = program, cells
         self._films = np.arange(size)
         self._before = np.full(size, -1.0)
         self.error = np.zeros(size)
@@ -181,8 +181,11 @@ class _Search:
 
     def _time(self, film: npt.NDArray[np.int64], step: Array) -> Array:
         """Return the time at which recorded steps start."""
-        cycles = step[STEP.CYCLE] * self._cycle_time[self._films[film]]
-        return np.asarray(cycles + (step[STEP.OFFSET_0] + step[STEP.T_0]))
+        return self._start(film, step[STEP.CYCLE]) + (step[STEP.OFFSET_0] + step[STEP.T_0])
+
+    def _start(self, film: npt.NDArray[np.int64], completed: Array) -> Array:
+        """Return the time at which a repetition starts."""
+        return repetition_starts(self._program, _some(self._cells, self._films[film]), completed)
 
     def _write(self, film: npt.NDArray[np.int64], time: Array, stretch: Array, field: Array, error: Array) -> None:
         own = self._films[film]
@@ -315,7 +318,7 @@ class _Search:
         self.found.limit[self._films[film]] = Limit.INSTABILITY
         film = film[breaks]
         cycles, since = (array[film] for array in self.passages.time)
-        self._at_jump(film, critical[breaks], r[breaks], cycles * self._cycle_time[self._films[film]] + since)
+        self._at_jump(film, critical[breaks], r[breaks], self._start(film, cycles) + since)
 
 
 def _limit_cycle_is_safe(program: Program, cells: Cells, strength: StrengthOf, rtol: float) -> npt.NDArray[np.bool_]:

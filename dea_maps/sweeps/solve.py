@@ -25,7 +25,7 @@ from ..pieces import Argument
 from ..programs import Program, shape_of
 from .chunks import cut
 from .dead_load import film_of, has_dead_load
-from .loading import SINE, arrays_of, table_of
+from .loading import SINE, arrays_of, field_at, repetition_starts, table_of
 from .methods import TIME, Choice, choose
 from .product import Product, product_of
 
@@ -331,7 +331,7 @@ class Passages:
     square : ndarray, optional
         xi**2 at the start, where that is not the film's own.
     one_cycle : bool
-        Whether to end with the first repetition.
+        Whether to end with the first repetition, taken for one that follows on others.
     """
 
     READY, ENDED, JUMPED, NEAR, RESTS = (
@@ -351,7 +351,7 @@ class Passages:
         which = bool((table.kind == SINE).any()), has_dead_load(parameters)
         self._record, self._within = loading.record(*which), loading.within(*which)
         _prepare((self._record, self._within), f"passages through {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
-        *self._pieces, self._columns, self._repeats = arrays_of(table, parameters)
+        *self._pieces, self._columns, self._repeats, self._once = arrays_of(table, parameters)
         self.ratio, start, self.load = film_of(parameters)
         self._power = -1.0 if which[1] else -0.5
         self._closeness, self._one_cycle = closeness, one_cycle
@@ -360,6 +360,11 @@ class Passages:
         self._kept = np.zeros((passage_rows.KEPT, size))
         self._kept[passage_rows.T] = self._kept[passage_rows.HELD] = -1.0
         self._kept[passage_rows.BASE] = start**2 if square is None else square
+        self._kept[passage_rows.UNTIL] = self._once or table.kind.size
+        if one_cycle and self._once:  # one like all that follow
+            self._kept[passage_rows.PIECE], self._kept[passage_rows.UNTIL] = self._once, table.kind.size
+            end = repetition_starts(program, parameters, np.ones(size))
+            self._kept[passage_rows.X] = field_at(program, parameters, end[:, np.newaxis])[:, 0]
         self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
         self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf
 
@@ -381,7 +386,7 @@ class Passages:
         """
         count = np.zeros(self.state.size, np.int64)
         steps = np.empty((recorded.RECORDED, self.state.size, room))
-        program = (*self._pieces, self._columns, self._repeats, self._one_cycle)
+        program = (*self._pieces, self._columns, self._repeats, self._once, self._one_cycle)
         self._record(
             *program, self.ratio, self.load, self._closeness, self.state, self._cycles, self._kept, count, steps
         )

@@ -52,6 +52,7 @@ from .rows import (
     STEP,
     TIGHTNESS,
     TRIAL,
+    UNTIL,
     D,
     N,
     P,
@@ -368,7 +369,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         """Begin a piece, and those of no duration before it, after the field E; the status of the passage."""
         w[T, i] = 0.0
         while True:
-            if w[PIECE, i] == kind.size and w[HELD, i] < 0.0:
+            if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
                 return ENDED
             set_piece(kind, scale, source, columns, cell, w, i)
             if w[START, i] != E and not jump(w, i, w[START, i]):

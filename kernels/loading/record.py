@@ -43,6 +43,7 @@ from .rows import (
     START,
     STEP,
     TRIAL,
+    UNTIL,
     D,
     P,
     Q,
@@ -55,7 +56,7 @@ RESTS = 6
 """Status of a film at rest under a field that is held without end, beside those of `rows.py`."""
 
 SIGNATURE = (
-    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, boolean, "
+    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, int64, boolean, "
     "float64[::1], float64[::1], float64, "
     "int8[::1], float64[::1], float64[:, ::1], int64[::1], float64[:, :, ::1]"
 )
@@ -114,7 +115,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         return rate / x * (np.log(stretch_of(4.0)) / np.log(4.0))
 
     @device
-    def begin_again(kind, scale, source, columns, repeats, cycles, kept, film):
+    def begin_again(kind, scale, source, columns, repeats, once, cycles, kept, film):
         cycles[film] += 1.0
         E = field_at_end(kind, scale, source, columns, kind.size - 1, film)
         kept[BASE, film] += kept[Y, film]
@@ -125,7 +126,8 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         if cycles[film] == repeats:
             kept[HELD, film] = abs(E)
         else:
-            kept[PIECE, film] = 0.0
+            kept[PIECE, film] = once
+            kept[UNTIL, film] = kind.size
 
     @device
     def write(w, i, before, step, film, number, steps, cycles):
@@ -167,6 +169,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         source,
         columns,
         repeats,
+        once,
         one_cycle,
         modulus_ratio,
         dead_load,
@@ -207,7 +210,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     for row in range(KEPT):
                         kept[row, film] = w[row, i]
                     if now == ENDED and not one_cycle:
-                        begin_again(kind, scale, source, columns, repeats, cycles, kept, film)
+                        begin_again(kind, scale, source, columns, repeats, once, cycles, kept, film)
                         again[i] = film
                     else:
                         state[film] = now
@@ -254,7 +257,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     held[i] = VACANT
                     busy -= 1
                     if now == ENDED and not one_cycle:
-                        begin_again(kind, scale, source, columns, repeats, cycles, kept, film)
+                        begin_again(kind, scale, source, columns, repeats, once, cycles, kept, film)
                         again[i] = film if count[film] < room else VACANT
                     else:
                         state[film] = now

@@ -34,13 +34,14 @@ from .rows import (
     STEP,
     TIGHTNESS,
     TRIAL,
+    UNTIL,
     T,
     X,
     Y,
 )
 
 SIGNATURE = (
-    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, "
+    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, int64, "
     "float64[::1], float64[::1], float64[::1], float64, "
     "float64[:, ::1], int64[::1], float64[:, ::1], float64[:, ::1]"
 )
@@ -68,6 +69,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         source,
         columns,
         repeats,
+        once,
         modulus_ratio,
         start_stretch,
         dead_load,
@@ -95,6 +97,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 kept[TIGHTNESS, 0] = tightness
                 kept[RESOLUTION, 0] = math.inf  # extremes on the way are of no interest
                 kept[HELD, 0] = -1.0
+                kept[UNTIL, 0] = once if once > 0 else kind.size
                 state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
                 passed, cycles, sample, excess = 0.0, 0.0, 0, 0.0
                 while (state == READY or state == ENDED) and sample < count:  # noqa: PLR1714, SIM109 -- compiled
@@ -111,7 +114,8 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if cycles == repeats:
                             kept[HELD, 0] = abs(E)
                         else:
-                            kept[PIECE, 0] = 0.0
+                            kept[PIECE, 0] = once
+                            kept[UNTIL, 0] = kind.size
                         state = take(kind, scale, source, columns, p, dead_load, cells, kept, w, 0, 0)
                         continue
                     now = passed + w[OFFSET, 0]
