@@ -32,4 +32,6 @@ and ``result`` (RESULTS, cells) float64, NaN where a row has no value for the ou
 
 fills (cells, times) arrays at ``times`` (times,), ascending, >= 0; NaN from failure on. All arrays are C-contiguous.
 Results of a cell depend on its own columns alone.
+
+    stepped = build.stepped(formulation, method)      "time" or "rate", a tableau: for comparison, see `stepped`
 """
