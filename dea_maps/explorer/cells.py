@@ -51,7 +51,17 @@ _BYTES = 9_000_000
 _PLACES = 10  # columns of edges and parameters, at most
 _POINTS_RISING, _POINTS = 40, 96
 
-_IN_UNICODE = {"$": "", r"\,": " ", r"\mu": "μ", r"\tau": "τ", r"\lambda": "λ", r"\infty": "∞", r"\xi": "ξ", r"\max": "max", r"\min": "min"}
+_IN_UNICODE = {
+    "$": "",
+    r"\,": " ",
+    r"\mu": "μ",
+    r"\tau": "τ",
+    r"\lambda": "λ",
+    r"\infty": "∞",
+    r"\xi": "ξ",
+    r"\max": "max",
+    r"\min": "min",
+}
 _IN_UNICODE |= dict.fromkeys("_{}", "")
 
 

@@ -93,11 +93,12 @@ class Choice:
 
 TIME = "time"
 """The formulation that serves every program: one equation for the internal stretch, in time."""
+RATE = "rate"
+"""The equations as the paper prints them, for comparison: they serve every program as well."""
 _SHAPES: Mapping[str, tuple[str, ...]] = {
     "stretch": ("step",),
     "area": ("ramp", "ramp_hold"),
     "fold": ("step", "ramp", "ramp_hold"),
-    "rate": ("step", "ramp", "ramp_hold"),
 }
 """Shapes of programs that a formulation serves, see `dea_maps.programs.Shape`; one that is not here serves all."""
 
@@ -135,7 +136,7 @@ _METHODS = (
         "rk4",
         4,
         "explicit, fixed step",
-        ("fold", "rate"),
+        ("fold", TIME, RATE),
         "none: the step is the caller's",
         "Kutta 1901",
         fixed_step=True,
@@ -144,16 +145,16 @@ _METHODS = (
         "dopri5",
         5,
         "explicit, adaptive",
-        ("area", "fold", "rate"),
-        f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}",
+        ("area", "fold", RATE),
+        f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}; 'rate': none",
         "Dormand and Prince 1980",
     ),
     Method(
         "dop853",
         8,
         "explicit, adaptive",
-        ("area", "fold", "rate", TIME),
-        f"'area': {_WHOLE_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}",
+        ("area", "fold", TIME, RATE),
+        f"'area': {_WHOLE_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}; 'rate': none",
         "Hairer, Norsett and Wanner 1993, section II.10",
     ),
     Method(
@@ -189,7 +190,7 @@ def methods() -> MethodTable:
     --------
     >>> print(methods())  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
     method      order  kind                     formulations      programs
-    rk4         4      explicit, fixed step     fold, rate        step, ramp, ramp_hold
+    rk4         4      explicit, fixed step     fold, time, rate        step, ramp, ramp_hold, pulse, ...
     ...
     >>> [method.name for method in methods()]
     ['rk4', 'dopri5', 'dop853', 'radau5', 'quadrature']

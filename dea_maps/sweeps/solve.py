@@ -26,7 +26,7 @@ from ..programs import Program, shape_of
 from .chunks import cut
 from .dead_load import film_of, has_dead_load
 from .loading import SINE, arrays_of, field_at, repetition_starts, table_of
-from .methods import TIME, Choice, choose
+from .methods import RATE, TIME, Choice, choose
 from .product import Product, product_of
 
 KERNELS = FINGERPRINT
@@ -38,7 +38,8 @@ CHUNK = 4096
 PRODUCT_CHUNK = 65_536
 # The same of films that are followed in time.
 TRACE_CHUNK = 16
-# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
+# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`. With the methods
+# that serve every program for comparison it is the bound on those of a cell in all.
 ATTEMPTS = 1_000_000
 
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
@@ -226,8 +227,9 @@ def _solve_product(
 
 def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     """Return how many rows of results a kernel has, the kernel, and its arguments before status and results."""
-    if choice.formulation != TIME:
-        shape = shape_of(program)
+    shape = shape_of(program)
+    only_rises = shape is not None and not choice.dead_load
+    if choice.formulation != TIME and (choice.formulation != RATE or only_rises):
         assert shape is not None  # `methods.choose` lets no other program through
         accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
@@ -240,6 +242,11 @@ def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     def pieces(given: Parameters) -> tuple[Any, ...]:
         return *arrays_of(table, given), *film_of(given), choice.rtol
 
+    def steps(given: Parameters) -> tuple[Any, ...]:
+        return *arrays_of(table, given), *film_of(given), choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS
+
+    if choice.step is not None or choice.formulation == RATE:
+        return loading_rows.RESULTS, loading.stepped(choice.formulation, choice.method), steps
     return loading_rows.RESULTS, loading.sweep(bool((table.kind == SINE).any()), choice.dead_load), pieces
 
 

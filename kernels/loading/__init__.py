@@ -36,4 +36,6 @@ and ``result`` (RESULTS, cells) float64, NaN where a row has no value for the ou
 fills (cells, times) arrays at ``times`` (cells, times), ascending, >= 0, the first ``wanted`` (cells,) of each cell,
 which are before its failure; NaN elsewhere, and where the film fails before. All arrays are C-contiguous.
 Results of a cell depend on its own columns alone.
+
+    stepped = build.stepped(formulation, method)      "time" or "rate", a tableau: for comparison, see `stepped`
 """
