@@ -85,9 +85,19 @@ def curvature(d, w, A, B, sigma):
     """G of ``d**2 G(d)``: what the load at w + d lacks of its largest value, that at w; and dG/dd."""
     square = w * w
     cube = square * w
-    value = B * cube * cube * 28.0 - A + 3.0 * sigma * w + d * (
-        sigma
-        + B * (cube * square * 56.0 + d * (square * square * 70.0 + d * (cube * 56.0 + d * (square * 28.0 + d * (8.0 * w + d)))))
+    value = (
+        B * cube * cube * 28.0
+        - A
+        + 3.0 * sigma * w
+        + d
+        * (
+            sigma
+            + B
+            * (
+                cube * square * 56.0
+                + d * (square * square * 70.0 + d * (cube * 56.0 + d * (square * 28.0 + d * (8.0 * w + d))))
+            )
+        )
     )
     slope = sigma + B * (
         cube * square * 56.0

@@ -8,7 +8,8 @@ import numpy as np
 
 from .._jit import Kernel, device
 from ..hold import quadrature
-from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
+from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
+from ..model import CRITICAL_LOAD
 from ..programs import Program
 from ..sweep import (
     CRITICAL_FIELD,
@@ -19,13 +20,26 @@ from ..sweep import (
     RESULTS,
     TIME_TO_FAILURE,
 )
-from . import hold, near_instant
-from .film import FIELD_I, FIELD_T, FILM, GAP_I, GAP_T, LOAD_T, W_I, W_T, describe, failure, first_d, stable_side
+from ..runge_kutta.tableaus import TABLEAUS
+from . import climb, hold, near_instant
+from .film import (
+    FIELD_I,
+    FIELD_T,
+    FILM,
+    GAP_I,
+    GAP_T,
+    LOAD_T,
+    W_I,
+    W_T,
+    describe,
+    equilibrium_d,
+    failure,
+    first_d,
+    stable_side,
+)
 
 # Types of the arguments of a sweep.
-SIGNATURE = (
-    "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int64, int8[::1], float64[:, :]"
-)
+SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int8[::1], float64[:, :]"
 
 
 def make_classify(program: Program) -> Callable[..., Any]:
@@ -49,7 +63,7 @@ def make_classify(program: Program) -> Callable[..., Any]:
 
 
 @device
-def prepare_hold(w, i, film, cell, p, start, sigma, first, a):
+def prepare_hold(w, i, film, cell, p, sigma, first, a):
     """Set a lane to a hold from w - w_t = ``first`` at r = 1/a."""
     gap = film[GAP_T, cell]
     # Where the field is between those at which a relaxed film and one at first fail, from 0 to 1.
@@ -78,7 +92,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field applied at once and held."""
 
     @device
-    def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, attempts, status, result):
+    def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         w = np.ones((hold.HOLD_ROWS, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
@@ -89,7 +103,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
                 p = modulus_ratio[cell] - 1.0
                 first, _ = first_d(p, start[cell], film[W_T, cell], sigma[cell], film[W_I, cell], film[GAP_I, cell])
                 a = 1.0 / (start[cell] * start[cell])
-                prepare_hold(w, i, film, cell, p, start[cell], sigma[cell], first, a)
+                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
                 w[quadrature.BEFORE, i] = 0.0
                 rule[i] = quadrature.first_rule(p, tolerance)
             hold.integrate(w, rule, tolerance)
@@ -113,14 +127,73 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
     return solve_step
 
 
-def make_sweep(program: Program, solve: Callable[..., Any]) -> Kernel:
-    """Make the compiled ``sweep(field, rate, modulus_ratio, start, sigma, tolerance, attempts, status, result)``.
+@device
+def _without_end(film, cell, field, p):
+    return math.inf
+
+
+@device
+def _up_to_hold(film, cell, field, p):
+    # No film reaches the field at which it fails at once; an elastic one fails at that of a relaxed one.
+    if p == 0.0 or film[GAP_I, cell] <= 0.0:
+        return math.inf
+    return film[GAP_T, cell] / (CRITICAL_LOAD * (field + film[FIELD_T, cell]))
+
+
+def make_solve_ramp(lanes: int) -> Callable[..., Any]:
+    """Make the solver of `make_sweep` for a field that rises without end."""
+    rise = climb.make_climb(TABLEAUS["dop853"], _without_end, lanes)
+
+    @device
+    def solve_ramp(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        reached = np.empty((climb.REACHED, status.size))
+        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+
+    return solve_ramp
+
+
+def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
+    """Make the solver of `make_sweep` for a field that rises, then holds."""
+    rise = climb.make_climb(TABLEAUS["dop853"], _up_to_hold, lanes)
+
+    @device
+    def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        reached = np.empty((climb.REACHED, status.size))
+        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        w = np.ones((hold.HOLD_ROWS, lanes))
+        rule = np.empty(lanes, np.int64)
+        cells = np.empty(lanes, np.int64)
+        count, following = next_cells(status, 0, AT_END, cells)
+        while count > 0:
+            for i in range(lanes):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                a = 1.0 / reached[climb.REACHED_R, cell]
+                guess = reached[climb.REACHED_D, cell]
+                first = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
+                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
+                w[quadrature.BEFORE, i] = field[cell] / rate[cell]
+                rule[i] = quadrature.first_rule(p, tolerance)
+            hold.integrate(w, rule, tolerance)
+            for i in range(count):
+                status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
+            count, following = next_cells(status, following, AT_END, cells)
+
+    return solve_ramp_hold
+
+
+SOLVERS = {"step": make_solve_step, "ramp": make_solve_ramp, "ramp_hold": make_solve_ramp_hold}
+
+
+def make_sweep(program: Program, lanes: int = LANES) -> Kernel:
+    """Make the compiled ``sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result)``.
 
     As `kernels.sweep.make_sweep`, with the internal stretch at the start and the dead load, both (cells,).
     """
     classify = make_classify(program)
+    solve = SOLVERS[program.name](lanes)
 
-    def sweep(field, rate, modulus_ratio, start, sigma, tolerance, attempts, status, result):
+    def sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         film = np.empty((FILM, field.size))
         for cell in range(field.size):
             describe(film, cell, field[cell], modulus_ratio[cell] - 1.0, start[cell], sigma[cell])
@@ -128,7 +201,7 @@ def make_sweep(program: Program, solve: Callable[..., Any]) -> Kernel:
         for row in range(RESULTS):
             for cell in range(field.size):
                 result[row, cell] = math.nan
-        solve(film, field, rate, modulus_ratio, start, sigma, tolerance, attempts, status, result)
+        solve(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result)
         for cell in range(field.size):
             if status[cell] == FAILS_AT_ONCE:
                 result[TIME_TO_FAILURE, cell] = 0.0

@@ -200,10 +200,11 @@ def _smooth_part(w, i, node):
     return (D * z * z * inverse - subtracted) * scale, abs(subtracted * scale)
 
 
-def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float) -> Callable[..., Any]:
+def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float, caution: float) -> Callable[..., Any]:
     """Make ``integrate_nodes(w, first, last)`` of an integrand less its pole part, ``smooth_part(w, i, node)``.
 
-    ``scale`` is that of the time over half the interval times the sum over the nodes, plus half the pole part.
+    ``scale`` is that of the time over half the interval times the sum over the nodes, plus half the pole part;
+    ``caution`` the factor of the estimated error.
     """
 
     @device
@@ -237,12 +238,12 @@ def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float) -> Calla
             whole = w[BEFORE, i] + abs(w[TIME, i])
             # At a node close to the poles a small difference of large numbers is left: some operations of rounding each.
             rounding = 16.0 * EPSILON * w[SUBTRACTED, i]
-            w[ERROR, i] = abs(scale * w[HALF, i]) * (0.25 * tail * tail / largest + rounding) / (whole + 1e-300)
+            w[ERROR, i] = abs(scale * w[HALF, i]) * (caution * tail * tail / largest + rounding) / (whole + 1e-300)
 
     return integrate_nodes
 
 
-_integrate_nodes = make_integrate_nodes(_smooth_part, 4.0 / CRITICAL_U)
+_integrate_nodes = make_integrate_nodes(_smooth_part, 4.0 / CRITICAL_U, 0.25)
 
 
 @device
