@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from .._jit import device
+from ..hold.gauss_legendre import NODES, OFFSETS
 from ..lane_state import AT_END, BUDGET_SPENT, FAILED, RUNNING
 from ..model import CRITICAL_LOAD
 from ..runge_kutta.step import make_sequence, make_weighted_sum
 from ..runge_kutta.tableaus import Row, Tableau
-from .film import FIELD_I, FIELD_T, LOAD_T, W_I, W_T, curvature, first_d, relaxed_stiffness, unstable_d
+from .film import FIELD_I, FIELD_T, LOAD_T, W_I, W_T, curvature, first_d, relaxed_stiffness, stable_side, unstable_d
 
 # Status of a lane.
 CLIMBING, TO_INSTABILITY, TO_FIELD, VACANT = 0.0, 1.0, 2.0, 3.0
@@ -61,10 +62,11 @@ ATTEMPTS = 3000
 FIRST_STEP = 0.02
 # The remainder of a landing, relative to the accuracy asked.
 LEFT = 1e-3
-# On the slow manifold: no entry where y is larger.
+# On the slow manifold: no entry where y is larger, nor so close to the film at rest without field.
 LARGEST_Y = 0.05
+LATEST = 0.9
 STABLE_STEP = 2.0
-HALVINGS = 12
+SEARCHES = 4
 # Error of the field, of the accuracy asked, above which a climb is repeated with a tenth of the tolerance.
 OFF = 0.3
 ROUNDS = 4
@@ -153,29 +155,31 @@ def _make_stage(weights: Row, target: int, slope: int) -> Callable[..., Any]:
 
 
 @device
-def slow_entry(w, i, damping, d_first):
-    """Return d from which on an error of y decays by exp(-damping) before the relaxed film is at its largest load.
+def damping_from(w, i, load_t, d):
+    """Return how far an error of y has decayed, as a logarithm, when the relaxed film comes from d to its largest load.
 
-    Errors decay at ``nu = 6 u q/(q + 3 p u)``, q = K d/2; with ``dT = 2 w q dw/e'`` and e' at most 2 k e_C f_t,
-
-        Phi >= 2 u_t**2 q**3/(k e_C f_t (q + 3 p u) (24 u**3 + 1.5 sigma w)),
-
-    everything at the entry but u_t. The end of the bisection with more damping is taken.
+    Errors decay at ``nu = 6 u q/(q + 3 p u)``, q = K d/2, and ``dT = 2 w q dw/e'`` with the rate e' of the load.
     """
-    low, high = 0.0, d_first
     w_t, sigma, p = w[AT, i], w[SIGMA, i], w[P, i]
-    u_t = w_t * w_t
-    for _ in range(HALVINGS):
-        d = 0.5 * (low + high)
-        x = w_t + d
+    total = 0.0
+    for j in range(OFFSETS[0], OFFSETS[1]):
+        s = 0.5 * d * (1.0 + NODES[0, j])
+        x = w_t + s
         u = x * x
-        q = 0.5 * d * relaxed_stiffness(d, w_t, sigma)
-        below = CRITICAL_LOAD * w[FIELD, i] * (q + 3.0 * p * u) * (24.0 * u * u * u + 1.5 * sigma * x)
-        if 2.0 * u_t * u_t * q * q * q * w[SLOWNESS, i] > damping * below:
-            high = d
-        else:
-            low = d
-    return high
+        q = 0.5 * s * relaxed_stiffness(s, w_t, sigma)
+        G, _ = curvature(s, w_t, 1.0, 1.0, sigma)
+        load = max(load_t - s * s * G, 1e-300)
+        total += NODES[1, j] * 6.0 * u * x * q * q / ((q + 3.0 * p * u) * np.sqrt(CRITICAL_LOAD * load))
+    return 0.5 * d * total * w[SLOWNESS, i]
+
+
+@device
+def slow_entry(w, i, load_t, damping, relaxed):
+    """Return d from which on an error decays by exp(-damping); ``relaxed``, that without field, where it does not."""
+    d = 0.5 * relaxed
+    for _ in range(SEARCHES):
+        d = min(d * np.cbrt(damping / damping_from(w, i, load_t, d)), relaxed)
+    return d
 
 
 @device
@@ -196,8 +200,9 @@ def begin(w, i, film, cell, p, start, sigma, rate, target, rtol):
     y = 1.0 - start * start * (w_t + d) * (w_t + d)
     step = FIRST_STEP
     damping = 4.0 - np.log(rtol)
-    entry = slow_entry(w, i, damping, d)
-    if entry < 0.9 * d:
+    relaxed = stable_side(film[LOAD_T, cell], w_t, 1.0, 1.0, sigma)  # of the film at rest without field
+    entry = slow_entry(w, i, film[LOAD_T, cell], damping, relaxed)
+    if entry < LATEST * relaxed:
         q = 0.5 * entry * relaxed_stiffness(entry, w_t, sigma)
         G, _ = curvature(entry, w_t, 1.0, 1.0, sigma)
         u = (w_t + entry) * (w_t + entry)
