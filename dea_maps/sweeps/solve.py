@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..kernels import build, lane_state, programs
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
+from ..kernels.dead_load import build as dead_load
 from ..kernels.loading import build as loading
 from ..kernels.loading import results as loading_rows
 from ..kernels.product import grid as product_grid
@@ -229,6 +230,12 @@ def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     if choice.formulation != TIME:
         shape = shape_of(program)
         assert shape is not None  # `methods.choose` lets no other program through
+
+        def of_film(given: Parameters) -> tuple[Any, ...]:
+            return _column(shape.field, given), _column(shape.rate, given), *film_of(given), choice.rtol
+
+        if choice.dead_load:
+            return kernel_rows.RESULTS, dead_load.sweep(shape.name), of_film
         accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
         def columns(given: Parameters) -> tuple[Any, ...]:

@@ -57,7 +57,7 @@ SMALLEST_FACTOR = 0.2
 LARGEST_FACTOR = 4.0
 # Of the accuracy asked of the results; measured, see docs/theory/dead_load.md.
 SHARE = 0.1
-Y_FLOOR = 0.02
+Y_FLOOR = 0.3
 ATTEMPTS = 3000
 FIRST_STEP = 0.02
 # The remainder of a landing, relative to the accuracy asked.
@@ -250,7 +250,7 @@ def _hermite(f0, d0, f1, d1, length):
 
 
 def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
-    """Make the climb of a run of cells, ``climb(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)``.
+    """Make ``climb(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)`` of a run of cells.
 
     Every running cell to the instability, where its results are written, or to the field at which it is held, where
     ``reached`` (REACHED, cells) says how. ``target_of(film, cell, field, p)`` is that field less f_t.
@@ -298,7 +298,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
         if w[STATUS, i] == CLIMBING:
             D1 = _stiffness_at(w, i, NEW)
             if D1 <= 0.0 or w[NEW, i] >= w[TARGET, i]:
-                D0, change0, rise0, curve0 = event(w, i)
+                D0, change0, _, _ = event(w, i)
                 if D1 <= 0.0:
                     f, b, c = w[SLOPES, i], w[SLOPES + 1, i], w[SLOPES + 2, i]
                     x, d, state_y = w[X, i], w[X + 1, i], w[X + 2, i]
@@ -357,7 +357,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
     def leave(w, i, aim, cell, rate, reached, result):
         """Write down what a lane found for its cell; returns the status."""
         x, d, y = w[X, i], w[X + 1, i], w[X + 2, i]
-        unknown, u, z, h, _, _ = _parts(w, i, d, y)
+        _, u, z, h, _, _ = _parts(w, i, d, y)
         # dr/dT = 2 h
         of_r = 2.0 * h * w[SLOWNESS, i] * w[SLOPES, i]
         r = z / u

@@ -1,4 +1,4 @@
-"""Numbers as unevaluated sums of two floats, high and low: sums, products and quotients to about 1e-31 (Dekker 1971)."""
+"""Numbers as unevaluated sums of two floats, high and low: sums, products, quotients to some 1e-31 (Dekker 1971)."""
 
 from .._jit import device
 

@@ -1,12 +1,12 @@
 """Constant field under a dead load: the time to failure as one integral over the stretch, free of its poles.
 
-    T = integral over d of F/N,    F = D z**2/(2 w (1 + 2 z**3)),    N = p u**2 h = gap_t + d**2 G(d),    z**3 + h z = 1,
+    T = integral of F/N dd,    F = D z**2/(2 w (1 + 2 z**3)),    N = p u**2 h = gap_t + d**2 G(d),    z**3 + h z = 1,
 
 from the equilibrium at the start to D = 0, d = w - w_t. At 1/N the integrand has a pair of poles that closes in on the
 real axis like the root of gap_t, the load in excess of the largest one of a relaxed film; as in `hold/quadrature.py`,
 whose rows and rules are used, the straight line through the rest at both poles is integrated exactly. The nodes lie in
-the variable tau of ``lambda - lambda_t = 2 b tau/(1 - tau**2)``, whose scale b is the distance of the branch points of z:
-they crowd where a film that has hardly begun to relax, far from its equilibrium, comes close to it.
+the variable tau of ``lambda - lambda_t = 2 b tau/(1 - tau**2)``, whose scale b is the distance of the branch points of
+z: they crowd where a film that has hardly begun to relax, far from its equilibrium, comes close to it.
 """
 
 import numpy as np
@@ -170,8 +170,8 @@ def _smooth_part(w, i, node):
     return (Du * z2 * Q - subtracted) * scale, abs(subtracted * scale)
 
 
-# Where a film has hardly begun to relax, a small part of the integrand has coefficients that fall more slowly than those
-# of the rest. Measured on 20,000 random films: with a hundred times the estimate of a geometric sequence none errs more.
+# Where a film has hardly begun to relax, a small part of the integrand has coefficients that fall more slowly than
+# those of the rest. Measured on 20,000 random films: a hundred times the estimate of a geometric sequence bounds all.
 integrate_nodes = quadrature.make_integrate_nodes(_smooth_part, 2.0, 25.0)
 _integrate = quadrature.make_integrate(integrate_nodes)
 

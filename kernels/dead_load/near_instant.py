@@ -1,4 +1,4 @@
-"""Near-instant failure under a dead load: the integral of `hold.py` where the field is just below that of failure at once.
+"""Near-instant failure under a dead load: the integral of `hold.py` where the field is almost that of failure at once.
 
 The interval in d is short and the stiffness D, zero at its end, small all along it, a difference of terms of order
 one. With w_1, z_1 at the end and ``[f] = (f(w) - f(w_1))/(w - w_1)``, ``D = (w - w_1) K`` and

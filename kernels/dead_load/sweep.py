@@ -11,6 +11,7 @@ from ..hold import quadrature
 from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from ..model import CRITICAL_LOAD
 from ..programs import Program
+from ..runge_kutta.tableaus import TABLEAUS
 from ..sweep import (
     CRITICAL_FIELD,
     CRITICAL_INTERNAL_STRETCH,
@@ -20,7 +21,6 @@ from ..sweep import (
     RESULTS,
     TIME_TO_FAILURE,
 )
-from ..runge_kutta.tableaus import TABLEAUS
 from . import climb, hold, near_instant
 from .film import (
     FIELD_I,

@@ -203,17 +203,16 @@ def _smooth_part(w, i, node):
 def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float, caution: float) -> Callable[..., Any]:
     """Make ``integrate_nodes(w, first, last)`` of an integrand less its pole part, ``smooth_part(w, i, node)``.
 
-    ``scale`` is that of the time over half the interval times the sum over the nodes, plus half the pole part;
-    ``caution`` the factor of the estimated error.
+    ``scale`` is that of the time over half the interval times the sum over the nodes, plus half the pole part.
     """
 
     @device
     def integrate_nodes(w, first, last):
         """Time of every lane with the nodes ``first`` to ``last`` of ``NODES``, and an estimate of its error.
 
-        The Legendre coefficients of the smooth part fall geometrically and Gauss's error falls like the square of the last
-        ones. The estimate is a quarter of that square over the largest of the first ones, which bounds it from above
-        (tests and studies/tolerance hold it to the truth).
+        The Legendre coefficients of the smooth part fall geometrically and Gauss's error falls like the square of the
+        last ones. The estimate is a quarter of that square over the largest of the first ones, which bounds it from
+        above (tests and studies/tolerance hold it to the truth); ``caution`` is that quarter, or more.
         """
         lanes = w.shape[1]
         for i in range(lanes):
@@ -236,7 +235,7 @@ def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float, caution:
             tail = max(abs(w[LAST, i]), abs(w[LAST_BUT_ONE, i]))
             largest = max(abs(0.5 * w[SUM, i]), abs(w[FIRST, i])) + 1e-300
             whole = w[BEFORE, i] + abs(w[TIME, i])
-            # At a node close to the poles a small difference of large numbers is left: some operations of rounding each.
+            # At a node close to the poles a small difference of large numbers is left: some roundings each.
             rounding = 16.0 * EPSILON * w[SUBTRACTED, i]
             w[ERROR, i] = abs(scale * w[HALF, i]) * (caution * tail * tail / largest + rounding) / (whole + 1e-300)
 

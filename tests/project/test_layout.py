@@ -46,7 +46,7 @@ KERNEL_RANKS = (
     {"sweep"},
     {"forms"},
     {"runge_kutta", "hold"},
-    {"rising", "loading"},
+    {"rising", "loading", "dead_load"},
     {"solvers"},
     {"build"},
     {"product"},
