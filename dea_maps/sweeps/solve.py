@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..kernels import build, lane_state
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
+from ..kernels.dead_load import build as dead_load
 from ..kernels.loading import build as loading
 from ..kernels.loading import record as recorded
 from ..kernels.loading import results as loading_rows
@@ -231,6 +232,12 @@ def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     only_rises = shape is not None and not choice.dead_load
     if choice.formulation != TIME and (choice.formulation != RATE or only_rises):
         assert shape is not None  # `methods.choose` lets no other program through
+
+        def of_film(given: Parameters) -> tuple[Any, ...]:
+            return _column(shape.field, given), _column(shape.rate, given), *film_of(given), choice.rtol
+
+        if choice.dead_load:
+            return kernel_rows.RESULTS, dead_load.sweep(shape.name), of_film
         accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
         def columns(given: Parameters) -> tuple[Any, ...]:
