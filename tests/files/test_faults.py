@@ -139,7 +139,7 @@ def test_interrupted_by_hand(folder, whole):
     assert process.returncode == 130
     assert err.startswith("dea-maps: error: interrupted; ")
     assert f"{kept(folder)} of {PARTS} parts are kept in " in err
-    assert err.endswith("to go on: dea-maps sweep spec.toml -o map.nc\n")
+    assert err.endswith("to resume: dea-maps sweep spec.toml -o map.nc\n")
     assert 3 <= kept(folder) < PARTS
     assert finish(folder)[0] == 0
     assert_complete(folder, whole)
