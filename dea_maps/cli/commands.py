@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..atomic import check_writable
 from .streams import say
 
 MAP_SUFFIX = ".nc"
@@ -106,20 +107,62 @@ def design(arguments: argparse.Namespace) -> None:
         save(figure, arguments.output)
 
 
+def ask(arguments: argparse.Namespace) -> None:
+    """Answer a question about one film."""
+    from .ask import answer, in_words, question_of
+
+    with _checking_input():
+        found = answer(question_of(arguments))
+    say(_json(found) if arguments.json else in_words(found))
+
+
+def trajectory(arguments: argparse.Namespace) -> None:
+    """Follow the films of a specification in time, into a file or a chart."""
+    from ..charts.select import SUFFIXES, draw, save
+    from ..files.netcdf import check_netcdf_name, write_dataset
+    from .specification import read_specification
+    from .time_series import TABLE_SUFFIX, times_of, trajectories_of, write_table
+
+    suffix = Path(arguments.output).suffix.lower()
+    with _checking_input():
+        if suffix not in (MAP_SUFFIX, TABLE_SUFFIX, *SUFFIXES):
+            known = ", ".join((MAP_SUFFIX, TABLE_SUFFIX, *SUFFIXES))
+            raise ValueError(f"trajectories must be a file ending in {known}; got {arguments.output}")
+        _check_other(arguments.output, arguments.specification, "the specification")
+        check_writable(arguments.output)
+        check_netcdf_name(arguments.output)
+        spec = read_specification(arguments.specification)
+        ds = trajectories_of(spec, times_of(arguments.until, arguments.points))
+        figure = draw(ds, "auto", arguments.size) if suffix in SUFFIXES else None
+    if figure is not None:
+        save(figure, arguments.output)
+    elif suffix == MAP_SUFFIX:
+        write_dataset(ds, arguments.output)
+    else:
+        write_table(ds, arguments.output)
+
+
+def _json(found: dict[str, Any]) -> str:
+    """Return numbers and words as JSON, in which there is no infinity."""
+    import json
+
+    return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+
+
 def info(arguments: argparse.Namespace) -> None:
     """Print what a file holds."""
     from ..files.verify import open_any
-    from .summary import describe
+    from .summary import as_json, describe
 
     with _checking_input():
         ds = open_any(arguments.map)
     with ds:
-        say(describe(ds))
+        say(_json(as_json(ds)) if arguments.json else describe(ds))
 
 
 def fit(arguments: argparse.Namespace) -> None:
     """Fit a material, say how well it is known, give the table of a specification, and draw the fit."""
-    from ..atomic import check_writable, replacing
+    from ..atomic import replacing
     from ..charts.fit import draw_fit
     from ..charts.select import check_chart_path, save
     from ..materials.fit import fit_uniaxial

@@ -64,6 +64,37 @@ def one_line(ds: xr.Dataset) -> str:
     )
 
 
+def as_json(ds: xr.Dataset) -> dict[str, Any]:
+    """Return what a file holds as numbers and words: attributes, dimensions, outcomes, and ranges with units.
+
+    Examples
+    --------
+    >>> import dea_maps as dm
+    >>> found = as_json(dm.sweep(dm.Step(), field=[0.9, 1.2], modulus_ratio=4.0))
+    >>> found["dimensions"], found["outcomes"]["survives"], found["parameters"]["field"]["most"]
+    ({'field': 2}, 1, 1.2)
+    """
+    attributes = {str(key): value.tolist() if hasattr(value, "tolist") else value for key, value in ds.attrs.items()}
+    found: dict[str, Any] = {"attributes": attributes, "dimensions": {str(dim): n for dim, n in ds.sizes.items()}}
+    if "outcome" in ds:
+        found["outcomes"] = outcome_counts(ds)
+    if "first_limit" in ds:
+        found["first_limits"] = _counts(ds["first_limit"], tuple(ds["first_limit"].attrs["flag_meanings"].split()))
+    for kind, among in (("parameters", ds.coords), ("variables", ds.data_vars)):
+        found[kind] = {
+            str(name): _range_as_json(array)
+            for name, array in among.items()
+            if name not in FLAGGED and array.dtype.kind in "iuf"
+        }
+    return found
+
+
+def _range_as_json(array: xr.DataArray) -> dict[str, Any]:
+    ends = _ends(array)
+    least, most = ends if ends is not None else (None, None)
+    return {"least": least, "most": most, "units": str(array.attrs.get("units", "1"))}
+
+
 def describe(ds: xr.Dataset) -> str:
     """Return how a map was made, its grid, its outcomes and the range of its variables, on several lines.
 
@@ -241,11 +272,17 @@ def _lengths(sizes: Mapping[Hashable, int]) -> str:
 def _range(array: xr.DataArray) -> str:
     units = array.attrs.get("units", "1")
     unit = "" if units == "1" else f" {units}"
-    ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
-    if not ends:
+    ends = _ends(array)
+    if ends is None:
         return "no value in any cell"
-    least, greatest = min(low for low, _ in ends), max(high for _, high in ends)
+    least, greatest = ends
     return (f"{least:.6g}" if least == greatest else f"{least:.6g} to {greatest:.6g}") + unit
+
+
+def _ends(array: xr.DataArray) -> tuple[float, float] | None:
+    """Return the least and the greatest value; None where there is no value."""
+    ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
+    return (min(low for low, _ in ends), max(high for _, high in ends)) if ends else None
 
 
 def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:
