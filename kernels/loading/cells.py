@@ -14,7 +14,8 @@ from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
 from .cycles import CHANGE, NODES, POINTS, advance, evaluate, fit
 from .finish import make_finish
-from .law import Law
+from .held import make_time_held
+from .law import ELASTIC, Law
 from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
@@ -35,6 +36,7 @@ from .rows import (
     ENDED,
     ERROR,
     FELL,
+    FIRST_STEP,
     GAIN,
     HELD,
     JUMPED,
@@ -47,6 +49,7 @@ from .rows import (
     READY,
     RESOLUTION,
     ROUNDING,
+    SCALE,
     SPENT,
     STEP,
     TIGHTNESS,
@@ -86,6 +89,10 @@ ROOM = 64 * NODES
 BEFORE_MANY = 8
 # Cycles that a range must hold to be worth its passages.
 WORTH = 1.5 * NODES
+# Load held at the end, over the largest of a relaxed film, up to which the time to failure is an integral.
+SLOWLY = 1.1
+# Part of the way to an r whose cycle is not survived that a range of r may take.
+ROOM_BELOW = 0.9
 # Error of the number of cycles allowed in one range.
 MISCOUNT = 0.005
 
@@ -111,14 +118,19 @@ NEXT_SAMPLING = 17
 WIDTH = 18  # of the range of r, negative where r falls
 FIRST_NODE = 19
 ONE_BY_ONE = 20  # cycles
-NOTES = 21
+USUAL_STEP = 21  # first step of a cycle, and its change of r
+USUAL_CHANGE = 22
+FAILING = 23  # least r known whose cycle is not survived
+NOTES = 24
 
 
 def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     """Make the compiled sweep of general loading programs; see the package for its arguments."""
     march = make_march(law, waves, lanes)
     finish = make_finish(law, waves, lanes)
+    time_held = make_time_held(law)
     critical, load, stretch, relaxed_at, ends = law.critical, law.load, law.stretch, law.relaxed_at, law.ends
+    start_at, flow = law.begin, law.flow
     field_in, field_rate = waves.field, waves.rate
 
     @device
@@ -137,6 +149,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[HELD, cell] = -1.0
 
     @device
+    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution):
+        """Set a passage of a cell at the beginning of a cycle that is not the first one."""
+        set_out(kept, passage, r, field, once, until, tightness, resolution)
+        kept[STEP, passage] = notes[USUAL_STEP, cell]
+        kept[SCALE, passage] = notes[USUAL_CHANGE, cell]
+
+    @device
     def begin(kept, notes, cell, r, once, pieces, tightness, resolution):
         """Set a cell at t = 0."""
         for row in range(NOTES):
@@ -144,13 +163,16 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[NEXT_TRIAL, cell] = 2.0
         notes[NEXT_SAMPLING, cell] = BEFORE_MANY
         notes[LARGEST, cell] = math.inf
+        notes[FAILING, cell] = math.inf
         set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution)
 
     @device
     def go_back(kept, notes, cell, field, once, pieces, resolution):
         """Go on cycling from where a search left."""
         notes[PURPOSE, cell] = CYCLING
-        set_out(kept, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution)
+        set_cycle(
+            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution
+        )
         kept[ERROR, cell] = notes[RETURN_ERROR, cell]
         kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
         kept[ROUNDING, cell] = notes[RETURN_ROUNDING, cell]
@@ -196,6 +218,10 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         result[LARGEST_STRETCH, cell] = stretch(min(notes[LIMIT_LEAST, cell], notes[LARGEST, cell]))
 
     @device
+    def load_carried(r, p, sigma):
+        return load(r, p, sigma, critical(r, p, sigma))
+
+    @device
     def root_of(series, low, high):
         """Return where in [low, high], parts of the range, a series falls below zero."""
         for _ in range(50):
@@ -219,6 +245,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         for j in range(NODES):
             slot = first + j
             if state[slot] != ENDED or kept[DOUBT, slot] > DOUBTFUL:
+                notes[FAILING, cell] = min(notes[FAILING, cell], kept[BASE, slot])
                 break
             values[j] = sign * kept[Y, slot]
             worst = max(worst, total_error(kept[ERROR, slot], kept[ROUNDING, slot]))
@@ -277,6 +304,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 following = max(following, 0.5 * width)
             else:
                 following = min(following, 0.6 * width)
+        following = min(following, ROOM_BELOW * abs(notes[FAILING, cell] - notes[RETURN_R, cell]))
         rest = repeats - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
         if following >= WORTH * change and rest > 2.0 * WORTH:
             notes[WIDTH, cell] = sign * following
@@ -329,7 +357,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                         for j in range(NODES):
                             r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
-                            set_out(kept, used, r, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], resolution)
                             state[used] = READY
                             cells[used] = cell
                             used += 1
@@ -362,7 +390,18 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         verdict = FAILED
                     elif notes[PURPOSE, cell] == FIXING:
                         notes[ITERATION, cell] = 0.0
-                        set_out(kept, cell, kept[BASE, cell], E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                        set_cycle(
+                            kept,
+                            notes,
+                            cell,
+                            cell,
+                            kept[BASE, cell],
+                            E,
+                            once,
+                            pieces,
+                            kept[TIGHTNESS, cell],
+                            resolution,
+                        )
                         state[cell] = READY
                     elif notes[PURPOSE, cell] == CYCLING:
                         go_back(kept, notes, cell, E, once, pieces, resolution)
@@ -389,6 +428,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         notes[FIRST_TIME, cell] = kept[OFFSET, cell]
                     notes[COMPLETED, cell] += 1.0
                     notes[ONE_BY_ONE, cell] += 1.0
+                    notes[USUAL_STEP, cell] = kept[FIRST_STEP, cell]
+                    notes[USUAL_CHANGE, cell] = abs(kept[Y, cell])
                     notes[LARGEST, cell] = min(notes[LARGEST, cell], kept[LEAST, cell])
                     if notes[COMPLETED, cell] == repeats:
                         # The load held at the end decides.
@@ -412,6 +453,42 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
+                        elif (
+                            not carried
+                            and e <= SLOWLY * largest
+                            and e < load_carried(r, p[cell], sigma)
+                            and p[cell] > ELASTIC
+                        ):
+                            # It fails slowly under the load held.
+                            notes[COMPLETED, cell] -= 1.0
+                            x = start_at(r, p[cell], sigma, held)
+                            error = total_error(kept[ERROR, cell], kept[ROUNDING, cell]) + EPSILON * r
+                            time, reached, missed = time_held(x, p[cell], sigma, held, top, 0.1 * tolerance)
+                            kept[TIME_ERROR, cell] = missed * time + error / flow(r, p[cell], x, held)
+                            kept[ERROR, cell] = 16.0 * EPSILON * reached
+                            kept[HELD, cell] = held
+                            kept[T, cell] = time
+                            kept[Y, cell] = reached - kept[BASE, cell]
+                            excess = max(
+                                excess,
+                                write_failure(
+                                    kind,
+                                    scale,
+                                    source,
+                                    columns,
+                                    kept,
+                                    notes,
+                                    p,
+                                    dead_load,
+                                    tolerance,
+                                    FELL,
+                                    cell,
+                                    result,
+                                ),
+                            )
+                            verdict = FAILED
+                            if repeats != 1:
+                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0
@@ -443,19 +520,20 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if steady and change + error < 0.0:
                             notes[PROVED, cell] = 1.0
                         width = WORTH * abs(change) * max(4.0, min(1.0 / (abs(1.0 - ratio) + 1e-3) / WORTH, 64.0))
+                        width = min(width, ROOM_BELOW * abs(notes[FAILING, cell] - r))
                         if steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
-                            set_out(kept, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
                             state[cell] = READY
                         elif (
                             steady
                             and completed >= notes[NEXT_SAMPLING, cell]
                             and (repeats == ENDLESS or repeats - completed > 2.0 * WORTH)
                             and abs(change) > 2.0 * error
-                            and width > 64.0 * EPSILON * r
+                            and width > max(64.0 * EPSILON * r, WORTH * abs(change))
                         ):
                             notes[PURPOSE, cell] = SAMPLING
                             notes[WIDTH, cell] = width if change > 0.0 else -width
@@ -470,6 +548,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     allowed = kept[TIGHTNESS, cell]
                     vain = failed or kept[DOUBT, cell] > DOUBTFUL
                     noise = error + EPSILON * start
+                    if failed:
+                        notes[FAILING, cell] = min(notes[FAILING, cell], start)
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
@@ -477,7 +557,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         elif notes[TRIED, cell] < 4.0:
                             notes[TRIED, cell] += 1.0
                             beside = notes[LAST_R, cell] + 8.0 * (start - notes[LAST_R, cell])
-                            set_out(kept, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                         else:
                             vain = True
@@ -497,14 +577,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[PURPOSE, cell] = PROVING
                             notes[TRIED, cell] = 0.0
                             beside = max(following, start) + 4.0 * noise / -slope
-                            set_out(kept, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                         elif notes[ITERATION, cell] >= ITERATIONS:
                             vain = True
                         else:
                             if notes[PROVED, cell] == 0.0:
                                 following = max(following, notes[RETURN_R, cell])
-                            set_out(kept, cell, following, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                     if vain and purpose == PROVING:
                         # There is a fixed point, too close to failure for these errors.

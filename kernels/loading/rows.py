@@ -30,24 +30,28 @@ TIME_ERROR = 16  # estimated error of the time of failure
 RESOLUTION = 17  # relative error allowed in extremes of the unknown
 ROUNDING = 18  # variance of r by rounding so far, carried on like ERROR
 UNTIL = 19  # piece before which the passage ends
-KEPT = 20
+SCALE = 20  # least change of r to which errors are relative: that of the cycle before
+FIRST_STEP = 21  # first step accepted
+KEPT = 22
 
 # Of a lane: what follows from the above, and what it is given,
-NEW = 20
-TRIAL = 21
-D = 22  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
-N = 23
-Q = 24
-GROWTH = 25
-RATE_OF_X = 26
-BAD = 27  # a stage without equilibrium
-EVENT = 28
-P = 29
-SIGMA = 30
-START = 31  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
-SLOPE = 32
-AMPLITUDE = 33
-FREQUENCY = 34
-DURATION = 35
-NEW_X = 36
-SLOPES = 37  # dr/dT, one row a stage, the one at the new state last
+NEW = 22
+TRIAL = 23
+D = 24  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
+N = 25
+Q = 26
+GROWTH = 27
+RATE_OF_X = 28
+BAD = 29  # a stage without equilibrium
+EVENT = 30
+P = 31
+SIGMA = 32
+START = 33  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
+SLOPE = 34
+AMPLITUDE = 35
+FREQUENCY = 36
+DURATION = 37
+NEW_X = 38
+LAST_LENGTH = 39  # of the step accepted before, and the eighth root of its error over the one allowed
+LAST_ROOT = 40
+SLOPES = 41  # dr/dT, one row a stage, the one at the new state last
