@@ -5,6 +5,7 @@ DOP853 from equations (18) to (20), (24) and (26) of the paper. A repeated progr
 stretch no longer changes.
 """
 
+import itertools
 import math
 
 import numpy as np
@@ -108,10 +109,9 @@ class Walk:
         if stable is None:
             return None
         top, e = relaxed.critical(1.0), CRITICAL_LOAD * field**2
-        # Behind its top the load falls to zero without field or dead load, as lambda grows without end.
-        unstable = (
-            brentq(lambda stretch: relaxed.load(stretch, 1.0) - e, top, 1e6) if relaxed.load(1e6, 1.0) < e else math.inf
-        )
+        # Behind its top the load falls towards zero as the stretch grows without end.
+        carried_far = relaxed.load(1e6, 1.0) >= e
+        unstable = math.inf if carried_far else brentq(lambda stretch: relaxed.load(stretch, 1.0) - e, top, 1e6)
         return stable if self.xi <= unstable else None
 
 
@@ -160,7 +160,7 @@ WAVE = ([0.0, 0.7, 1.1, 2.5], [0.3, 1.0, -0.9, 0.2])
 def samples(field):
     times, values = WAVE
     corners = [(t, field * v) for t, v in zip(times, values, strict=True)]
-    return [linear(a, b, s - t) for (t, a), (s, b) in zip(corners[:-1], corners[1:], strict=True)]
+    return [linear(a, b, s - t) for (t, a), (s, b) in itertools.pairwise(corners)]
 
 
 # Program, repeats (None without end), its pieces from its parameters, and the parameters from a field and two times.
