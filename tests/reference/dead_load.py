@@ -1,8 +1,9 @@
 """Certified references of films under a dead load: step, ramp and ramp-and-hold, each by two formulations.
 
-A step is one integral, computed twice with 30 digits by Gauss and Legendre on intervals that crowd where the film lingers:
-over r = xi**2, with the stretch from equilibrium at each node, and over w = 1/lambda, with xi from the load. Ramps are the Taylor series of `loading.py`, in
-time, w, r and in time, lambda, xi. A film under a pre-stretch begins relaxed; one under a stress begins fresh, xi = 1.
+A step is one integral, computed twice with 30 digits by Gauss and Legendre on intervals that crowd where the film
+lingers: over r = xi**2, with the stretch from equilibrium at each node, and over w = 1/lambda, with xi from the load.
+Ramps are the Taylor series of `loading.py`, in time, w, r and in time, lambda, xi. A film under a pre-stretch begins
+relaxed; one under a stress begins fresh, xi = 1.
 
 python tests/reference/dead_load.py            the table anew (needs heyoka and mpmath)
 python tests/reference/dead_load.py --check 10 as many of its rows computed again and compared
@@ -89,6 +90,7 @@ def zero(function, low, high):
 
 def step_over_r(r0, r1, p, sigma, e):
     """Time to failure as the integral of dr over dr/dT; r1 - r = (r1 - r0) t**2, regular at the instability."""
+
     def integrand(t):
         r = r1 - (r1 - r0) * t * t
         w = stable(r, p, sigma, e)
