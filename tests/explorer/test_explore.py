@@ -186,6 +186,40 @@ def test_labels_are_plain():
     assert plain_label("voltage") == "voltage (V)"
 
 
+VALUES = {"field": [0.6, 1.1, 1.4], "rate": 1.0, "time": 0.5, "period": [1.0, 2.0], "share": 0.4}
+REPEATED = [dm.Linear("field", time=0.5), dm.Hold("rest"), dm.Linear(0.0, rate="rate"), dm.Hold(1.0)]
+OWN = {
+    "waveform": dm.Waveform([0.0, 0.5, 1.0, 2.0], [0.5, -1.0, 1.0, 0.0], repeat=True),
+    "sequence": dm.Sequence(REPEATED, repeat=2),
+}
+
+
+@pytest.mark.parametrize("name", dm.programs.PROGRAMS)
+def test_every_program_has_a_page_with_its_field(name):
+    program = OWN.get(name) or dm.programs.PROGRAMS[name]()
+    parameters = {each: VALUES[kind] for each, kind in program.kinds.items()}
+    if name == "step":
+        parameters["stress"] = [0.0, 0.1]
+    film = dm.physical(dm.sweep(program, **parameters, modulus_ratio=[3.0, 4.0]), dm.VHB, 100e-6)
+    cells = cells_of(film)
+    assert {axis.name for axis in cells.axes} == {
+        "modulus_ratio",
+        *(k for k, v in parameters.items() if np.size(v) > 1),
+    }
+    assert all(axis.shown != axis.name for axis in cells.axes if axis.name in {"field", "bias", "period", "stress"})
+    curves = curves_of(cells)
+    grid = xr.broadcast(cells.ds.outcome, *(cells.ds[each] for each in (*parameters, "modulus_ratio")))[1:]
+    own = {each: array.values.ravel() for each, array in zip((*parameters, "modulus_ratio"), grid, strict=True)}
+    for index in np.flatnonzero(curves.span)[:: max(1, np.count_nonzero(curves.span) // 4)]:
+        times = curves.time.values[index] * float(curves.span[index])
+        inside = np.ones(times.size, bool)
+        inside[1:-1] = (np.diff(times)[1:] > 1e-3) & (np.diff(times)[:-1] > 1e-3)  # not beside a jump
+        inside[[0, -1]] = False
+        one = dm.trajectory(program, time=times[inside], **{each: float(values[index]) for each, values in own.items()})
+        np.testing.assert_allclose(curves.stretch.values[index, inside], one.stretch, rtol=2e-3)
+        np.testing.assert_allclose(curves.field.values[index, inside], one.applied_field, atol=2e-3)
+
+
 def test_what_is_no_grid_is_refused(cube):
     def along(values):
         return xr.DataArray(values, dims="sample")
