@@ -7,7 +7,7 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from ..sweeps.chunks import evenly
 from .boundaries import UNRESOLVED, Outcomes, agrees, limits, outcome_in_theory
 from .data import cell_edges, flagged, on_log_axis
@@ -15,7 +15,7 @@ from .units import Shown, shown
 
 Floats = npt.NDArray[np.float64]
 
-BREAKS_DOWN = len(OUTCOMES)
+BREAKS_DOWN = len(Outcome)
 """The region where electrical breakdown comes before anything else, beside the outcomes."""
 
 _MOST_CELLS = 800

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.text import Text
 from scipy import ndimage
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes
 from .layout import line_width, text_size
 from .placement import place_inside
@@ -24,7 +24,7 @@ Indices = npt.NDArray[np.intp]
 Masked: TypeAlias = "np.ma.MaskedArray[Any, Any]"
 
 COLOURS: Colormap = ListedColormap(colormaps["viridis"](np.linspace(0.25, 1.0, 256)), name="time to failure")
-"""Luminance rises all along, and nowhere is so dark that a black line is lost."""
+"""Luminance rises all along, and nowhere is so dark that a black line is not seen."""
 
 LOOKS: Mapping[int, dict[str, Any]] = {
     SURVIVES: {"facecolor": "0.94", "edgecolor": "black"},
@@ -39,7 +39,7 @@ _VALUES, _THEORY, _CELLS = 0.5, 0.6, 0.7
 
 def words_for(region: int) -> str:
     """Return the name of a region."""
-    return "breaks down first" if region == BREAKS_DOWN else OUTCOMES[region].replace("_", " ")
+    return "breaks down first" if region == BREAKS_DOWN else Outcome(region).name.lower().replace("_", " ")
 
 
 def paint_values(

@@ -10,27 +10,11 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..materials.strength import Strength, StrengthOf, check_strength, excess, strength_of
+from ..outcomes import Limit, Outcome, Reason
 from ..programs import Ramp, Step
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import SURVIVES, solve_auto, trace
-from ..sweeps.solve import UNRESOLVED as UNRESOLVED_CELL
-from .answers import (
-    ALWAYS,
-    ANSWERED,
-    BEYOND,
-    BREAKDOWN,
-    BREAKS_DOWN,
-    INSTABILITY,
-    NEVER,
-    NO_LIMIT,
-    UNKNOWN_LIMIT,
-    UNRESOLVED,
-    Flags,
-    answer,
-    broadcast,
-    roots,
-    tight_rtol,
-)
+from ..sweeps.solve import solve_auto, trace
+from .answers import Flags, answer, broadcast, roots, tight_rtol
 
 Array = npt.NDArray[np.float64]
 
@@ -44,7 +28,7 @@ _ELASTIC_STRETCH = 2.0 ** (1.0 / 3.0)
 def allowable_field(
     lifetime: ParameterLike, modulus_ratio: ParameterLike, rtol: float = 1e-6, strength: Strength | None = None
 ) -> xr.Dataset:
-    """Find the largest constant field that a film outlasts for a given time.
+    """Find the largest constant field that a film sustains without failure for a given time.
 
     The time to failure under a constant field falls from infinity, just above the relaxed critical field, to zero at
     ``sqrt(modulus_ratio)``, (23) and (26) of Zhao, Koh and Suo (2011).
@@ -63,8 +47,8 @@ def allowable_field(
     Returns
     -------
     Dataset
-        ``allowable_field`` over the relaxed critical field: the film fails after `lifetime`, and under any larger field
-        sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
+        ``allowable_field`` normalised by the relaxed critical field: the film fails after `lifetime`, and under
+        any larger field sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
 
     Raises
     ------
@@ -84,28 +68,28 @@ def allowable_field(
     def field_of(s: Array, m: Array) -> Array:
         return 1.0 + (np.sqrt(m) - 1.0) * s * s  # the time to failure grows like 1/s
 
-    def outlasts(s: Array, m: Array, wanted: Array) -> Array:
+    def lasting(s: Array, m: Array, wanted: Array) -> Array:
         time = solve_auto(Step(), {"field": field_of(s, m), "modulus_ratio": m}, tight).time_to_failure
         return np.where(np.isnan(time), 0.5, time / (time + wanted) - 0.5)
 
     inner = np.isfinite(wanted) & (wanted > 0.0) & (m > 1.0)
     found = np.where(np.isinf(wanted) | (m == 1.0), 1.0, top)
-    s, reason = roots(outlasts, np.zeros_like(m), np.ones_like(m), inner, (m, wanted), xrtol=0.1 * rtol)
+    s, reason = roots(lasting, np.zeros_like(m), np.ones_like(m), inner, (m, wanted), xrtol=0.1 * rtol)
     found = np.where(inner, field_of(s, m), found)
     limit = None
     if strength is not None:
         found, reason, limit = _or_breakdown(found, reason, m, wanted, strength_of(strength), rtol)
-    words = "largest constant field that a film outlasts for lifetime"
+    words = "largest constant field that a film sustains without failure for lifetime"
     return answer("allowable_field", found, reason, life, words, limit)
 
 
 def _or_breakdown(
     field: Array, reason: Flags, m: Array, lifetime: Array, strength: StrengthOf, rtol: float
 ) -> tuple[Array, Flags, Flags]:
-    """Return the largest fields that films also outlast without breaking down, from those that they outlast."""
+    """Return the largest fields sustained without breakdown either, from those sustained without instability."""
     tight = tight_rtol(rtol)
     at_limit = solve_auto(Step(), {"field": field, "modulus_ratio": m}, tight)
-    farthest = np.where(at_limit.outcome == SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)
+    farthest = np.where(at_limit.outcome == Outcome.SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)
     check_strength(strength, farthest)
 
     def over(field: Array, m: Array, lifetime: Array) -> Array:
@@ -116,10 +100,12 @@ def _or_breakdown(
         stretch = np.where(np.isinf(lifetime), relaxed, stretch)
         return np.where(np.isnan(stretch), 1.0, excess(strength, field, stretch))  # beyond the instability
 
-    broken = (reason == ANSWERED) & (excess(strength, field, farthest) > 0.0)
+    broken = (reason == Reason.ANSWERED) & (excess(strength, field, farthest) > 0.0)
     lower, why = roots(over, np.zeros_like(m), field, broken, (m, lifetime), xrtol=0.1 * rtol)
     reason = np.where(broken, why, reason).astype(np.int8)
-    limit = np.where(reason == ANSWERED, np.where(broken, BREAKDOWN, INSTABILITY), UNKNOWN_LIMIT).astype(np.int8)
+    limit = np.where(
+        reason == Reason.ANSWERED, np.where(broken, Limit.BREAKDOWN, Limit.INSTABILITY), Limit.UNRESOLVED
+    ).astype(np.int8)
     return np.where(broken, lower, field), reason, limit
 
 
@@ -176,7 +162,7 @@ def allowable_rate(
     inner = (slow > 0.0) & (fast < 0.0) & ~always
     log_rate, reason = roots(reaches, low, high, inner, (m, wanted), xrtol=0.1 * rtol)
     never = wanted >= np.where(m == 1.0, _ELASTIC_STRETCH, farthest)
-    outside = np.where(always, ALWAYS, np.where(never, NEVER, BEYOND))
+    outside = np.where(always, Reason.ALWAYS, np.where(never, Reason.NEVER, Reason.BEYOND_RATES))
     reason = np.where(inner, reason, outside).astype(np.int8)
     limit = None
     if strength is not None:
@@ -200,8 +186,8 @@ def _rate_or_breakdown(
         return np.where(np.isnan(stretch), 1.0, stretch / wanted - 1.0)  # NaN: it got farther, and failed
 
     arguments = (m, wanted, largest)
-    fastest = np.where(reason == ALWAYS, np.log(FASTEST), log_rate)
-    asked = np.isin(reason, (ANSWERED, ALWAYS))
+    fastest = np.where(reason == Reason.ALWAYS, np.log(FASTEST), log_rate)
+    asked = np.isin(reason, (Reason.ANSWERED, Reason.ALWAYS))
     broken = np.array(asked)
     broken[asked] = reaches(fastest[asked], *(argument[asked] for argument in arguments)) < 0.0
     slowest = np.full_like(m, np.log(_SLOWEST_FOLLOWED))
@@ -210,10 +196,10 @@ def _rate_or_breakdown(
     lower, why = roots(reaches, slowest, fastest, inner, arguments, xatol=0.1 * rtol)
     # NaN: held there, the film fails in the end.
     relaxed = solve_auto(Step(), {"field": largest, "modulus_ratio": m}, tight).final_stretch
-    outside = np.where(relaxed <= wanted, NEVER, BEYOND)
+    outside = np.where(relaxed <= wanted, Reason.NEVER, Reason.BEYOND_RATES)
     reason = np.where(broken, np.where(inner, why, outside), reason).astype(np.int8)
-    cases = [broken, reason == ALWAYS, reason == ANSWERED]
-    limit = np.select(cases, [BREAKDOWN, NO_LIMIT, INSTABILITY], UNKNOWN_LIMIT).astype(np.int8)
+    cases = [broken, reason == Reason.ALWAYS, reason == Reason.ANSWERED]
+    limit = np.select(cases, [Limit.BREAKDOWN, Limit.NONE, Limit.INSTABILITY], Limit.UNRESOLVED).astype(np.int8)
     return np.where(broken, lower, log_rate), reason, limit
 
 
@@ -262,12 +248,12 @@ def reachable_stretch(
     film = solve_auto(Step(), cells, tight)
     stretch = trace(Step(), cells, np.where(for_good, 0.0, until)[:, np.newaxis], tight)[0][:, 0]
     stretch = np.where(for_good, film.final_stretch, stretch)
-    lost = [film.outcome == UNRESOLVED_CELL, film.time_to_failure <= until, np.isnan(stretch)]
-    reason = np.select(lost, [UNRESOLVED, NEVER, UNRESOLVED], ANSWERED).astype(np.int8)
+    lost = [film.outcome == Outcome.UNRESOLVED, film.time_to_failure <= until, np.isnan(stretch)]
+    reason = np.select(lost, [Reason.UNRESOLVED, Reason.NEVER, Reason.UNRESOLVED], Reason.ANSWERED).astype(np.int8)
     if strength is not None:
         limit = strength_of(strength)
-        most = np.where(reason == NEVER, film.critical_stretch, stretch)
+        most = np.where(reason == Reason.NEVER, film.critical_stretch, stretch)
         check_strength(limit, most)
-        breaks = excess(limit, np.where(reason == NEVER, film.critical_field, cells["field"]), most) > 0.0
-        reason[breaks] = BREAKS_DOWN
+        breaks = excess(limit, np.where(reason == Reason.NEVER, film.critical_field, cells["field"]), most) > 0.0
+        reason[breaks] = Reason.BREAKS_DOWN
     return answer("reachable_stretch", stretch, reason, held, "stretch after the field was held")

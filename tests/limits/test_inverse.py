@@ -5,7 +5,9 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.limits.answers import REASONS
+from dea_maps.outcomes import Reason, words_of
+
+REASONS = words_of(Reason)
 
 RATIOS = np.array([1.0 + 1e-6, 1.5, 4.0, 100.0, 900.0])
 

@@ -107,7 +107,7 @@ def test_a_survivor_tends_to_its_final_stretch():
     ],
 )
 def test_bad_times_are_refused(time, error, words, monkeypatch):
-    monkeypatch.setattr("dea_maps.sweeps.trajectories.sweep", lambda *args, **kwargs: pytest.fail("computed"))
+    monkeypatch.setattr("dea_maps.runs.trajectories.computed", lambda *args, **kwargs: pytest.fail("computed"))
     with pytest.raises(error, match=words):
         dm.trajectory(dm.Step(), time=time, field=1.2, modulus_ratio=4.0)
 
