@@ -40,6 +40,7 @@ def test_the_largest_voltage_for_a_time(capsys):
     assert found["allowable_voltage"] == pytest.approx(designed, rel=2e-4)
     assert found["allowable_voltage"] <= designed
     assert found["voltage_sustained_indefinitely"] == pytest.approx(EC, rel=2e-4)
+    assert found["voltage_of_failure_at_once"] == pytest.approx(AT_ONCE, rel=1e-9)
 
 
 def test_a_ramp_that_is_held(capsys):
