@@ -1,6 +1,6 @@
 """Loading programs: the field against time as a sequence of pieces, whose arguments a sweep varies.
 
-Adding a program is one entry here: a class with a name and its pieces.
+Adding a program is one entry here, a class with a name and its pieces: see docs/extending/program.md.
 """
 
 import math
@@ -17,6 +17,11 @@ from .pieces import Argument, Hold, Jump, Linear, Piece, Share, Sine
 if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
+
+_DEFINED: dict[str, "type[Program]"] = {}
+
+PROGRAMS: Mapping[str, "type[Program]"] = MappingProxyType(_DEFINED)
+"""Every loading program by its name in files: a class that names itself enters when it is defined."""
 
 ENDLESS = -1
 """Stands for the number of repetitions of a program that is repeated without end."""
@@ -48,11 +53,17 @@ class Program:
     parameters: tuple[str, ...]
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Find the parameters of a program whose pieces are its class's."""
+        """Find the parameters of a program whose pieces are its class's, and enter it by its name."""
         super().__init_subclass__(**options)
+        if "name" in cls.__dict__:
+            other = _DEFINED.get(cls.name)
+            if other is not None and other.__qualname__ != cls.__qualname__:  # the same class may be defined anew
+                raise ValueError(f"name of {cls.__qualname__} must not be {cls.name!r}, that of {other.__qualname__}")
+            _DEFINED[cls.name] = cls
         if "pieces" in cls.__dict__ and isinstance(cls.pieces, tuple):
             found = kinds_of(cls.pieces)
-            cls.kinds = MappingProxyType({name: found[name] for name in PARAMETERS if name in found})
+            named = {name: found[name] for name in PARAMETERS if name in found}
+            cls.kinds = MappingProxyType({**named, **found})  # those of the table in its order, then others
             cls.parameters = tuple(cls.kinds)
 
     @property
@@ -107,15 +118,13 @@ def shape_of(program: Program) -> Shape | None:
     return None
 
 
-def _end_of(pieces: Listed[Piece]) -> Argument | None:
-    """Return the field that pieces reach from zero; None where a sine ends between its zeros."""
-    end: Argument | None = 0.0
-    for piece in pieces:
-        if isinstance(piece, Linear | Jump):
-            end = piece.to
-        elif isinstance(piece, Sine) and (isinstance(piece.cycles, str) or 2.0 * piece.cycles % 1.0):
-            end = None
-    return end
+def _drifts(pieces: Listed[Piece]) -> bool:
+    """Return whether a repetition leads every time further: a sine ends between its zeros, and nothing sets a field."""
+    if any(isinstance(piece, Linear | Jump) for piece in pieces):
+        return False
+    return any(
+        isinstance(piece, Sine) and (isinstance(piece.cycles, str) or piece.cycles * 2.0 % 1.0) for piece in pieces
+    )
 
 
 def kinds_of(pieces: Listed[Piece]) -> dict[str, str]:
@@ -269,8 +278,8 @@ class Sequence(Program):
     ----------
     pieces : sequence of Piece
         `Hold`, `Linear`, `Jump`, `Sine`; each argument is a number or the name of a parameter of the sweep, whose kind
-        follows from its use. The field is zero before the first piece, and held after the last one. Pieces that are
-        repeated begin with a `Jump`, or end at zero, so that every repetition is the same.
+        follows from its use. The field is zero before the first piece, and held after the last one. A repetition
+        begins at the field at which the one before it ended.
     repeat : bool or int
         True repeats the pieces without end, a number that many times.
 
@@ -307,8 +316,8 @@ class Sequence(Program):
         endless = [isinstance(piece, Linear) and piece.to == math.inf for piece in pieces]
         if any(endless[:-1]) or (endless[-1] and self.repeats != 1):
             raise ValueError("nothing can follow a Linear without end, whose value is infinite")
-        if self.repeats != 1 and not isinstance(pieces[0], Jump) and _end_of(pieces) != 0.0:
-            raise ValueError("repeated pieces must begin with a Jump, or end at the field 0 at which they begin")
+        if self.repeats != 1 and _drifts(pieces):
+            raise ValueError("repeated pieces must have a Jump or a Linear, or Sines of half and whole cycles alone")
         object.__setattr__(self, "pieces", pieces)
         object.__setattr__(self, "kinds", MappingProxyType(kinds_of(pieces)))
         object.__setattr__(self, "parameters", tuple(self.kinds))
@@ -413,9 +422,3 @@ def check_repeat(repeat: object) -> None:
         raise TypeError(f"repeat must be True, False or a whole number; got {brief(repeat)}")
     if repeat < 1:
         raise ValueError(f"repeat must be True, False or at least 1; got {repeat}")
-
-
-PROGRAMS: Mapping[str, type[Program]] = MappingProxyType(
-    {program.name: program for program in Program.__subclasses__()}
-)
-"""Every loading program by its name in files."""

@@ -1,4 +1,4 @@
-"""Where the theory has a film survive, fail later or fail at once, exactly: without a grid."""
+"""Exact boundaries between the outcomes of films, without a grid."""
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,9 @@ _ROUNDING = 1e-6
 
 
 def outcome_in_theory(program: str, field: Floats, ratio: Floats) -> Outcomes:
-    """Return what becomes of a film.
+    """Return the outcome of films.
 
-    A film survives a field up to the relaxed critical one for good, (23) with the dashpot relaxed; only an elastic
+    A film survives a field up to the relaxed critical one indefinitely, (23) with the dashpot relaxed; only an elastic
     film, of modulus ratio 1, fails at it. Under a sudden field of ``sqrt(ratio)`` or more it fails at once.
 
     Parameters
@@ -27,7 +27,7 @@ def outcome_in_theory(program: str, field: Floats, ratio: Floats) -> Outcomes:
     program : str
         One of `PROGRAMS`.
     field, ratio : ndarray
-        Final field over the relaxed critical field, and modulus ratio; they are broadcast.
+        Final field normalised by the relaxed critical field, and modulus ratio; they are broadcast.
 
     Examples
     --------

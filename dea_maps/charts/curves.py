@@ -124,7 +124,7 @@ def head_over_regions(
     edges : (n + 1,) ndarray
         From `shade_regions`.
     regions : (n,) ndarray of int8
-        What becomes of the film at each.
+        Outcome of the film at each.
     handles : sequence of Artist
         For the legend.
     """

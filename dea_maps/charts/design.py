@@ -30,11 +30,11 @@ _DASHES = (0, (3.0, 1.5))
 
 
 def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column") -> Axes:
-    """Draw the voltage that films bear for a time against that time, a line for each of up to eight films.
+    """Draw allowable voltages against the holding time, for up to eight films.
 
     Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed. What a film
-    bears for good, if the data set says it, is marked at the right edge. Where the names of the films would take much
-    of the width, they are in the legend and not beside the lines.
+    sustains indefinitely, if the data set says it, is marked at the right edge. Where the names of the films would
+    take much of the width, they are in the legend and not beside the lines.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
             ax.plot(1.0, voltage[-1], transform=edge, clip_on=False, zorder=3, **_mark(ax, style["color"]))
     explained = _explained(ax, broken, silent)
     if np.isfinite(voltages[:, finite:]).any():
-        explained.append(Line2D([], [], label="for good", **_mark(ax, "black")))
+        explained.append(Line2D([], [], label="indefinitely", **_mark(ax, "black")))
     names = [str(curve.get_label()) for curve in curves]
     beside = bool(names) and fit_beside(ax, names)
     if may_grow and not beside:
         figure = figure_of(ax)
         figure.set_figheight(figure.get_figheight() + len(curves) * _ROW * text_size(ax) / 72.0)
-    add_heading(ax, ["voltage that a film bears for a time"], explained if beside else [*curves, *explained])
+    add_heading(ax, ["allowable voltage for a holding time"], explained if beside else [*curves, *explained])
     if beside:
         label_ends(ax, ends, names)
     return ax
@@ -117,7 +117,7 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
 def _draw_curve(
     ax: Axes, time: Floats, voltage: Floats, breakdown: npt.NDArray[np.bool_], style: dict[str, Any]
 ) -> None:
-    """Draw what one film bears."""
+    """Draw the allowable voltage of one film."""
     ax.plot(time, voltage, **{**style, "linestyle": ""})
     for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
         # A line between two points is of the kind of the later one.
@@ -126,7 +126,7 @@ def _draw_curve(
 
 
 def _mark(ax: Axes, colour: Any) -> dict[str, Any]:
-    """Return the look of what a film bears for good."""
+    """Return the look of a voltage that is sustained indefinitely."""
     return {"color": colour, "linestyle": "", "marker": ">", "markersize": 0.6 * text_size(ax)}
 
 

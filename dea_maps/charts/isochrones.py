@@ -56,7 +56,7 @@ def draw_isolines(
     contours = [ax.contour(x, y, values, levels=[level], **look) for level, _ in lines]
     paths = []
     for contour in contours:
-        # At a border, where values change much from cell to cell, there are scraps of lines that only look like dirt.
+        # At a border, where values change much from cell to cell, there are short pieces of lines that say nothing.
         paths.append(_long_pieces(ax, contour.get_paths()[0]))
         contour.set_paths([Path.make_compound_path(*map(Path, paths[-1]))])
     for number, (contour, (_, words)) in enumerate(zip(contours, lines, strict=True)):

@@ -46,7 +46,7 @@ def axes_for(ax: Axes | None, size: str) -> Axes:
 
 
 def new_axes(size: str, rows: int = 1, columns: int = 1, tall: float = 1.0) -> list[Axes]:
-    """Return axes on a new figure, which keeps room for all that stands beside them.
+    """Return axes on a new figure, which keeps room for all that is drawn beside them.
 
     Parameters
     ----------

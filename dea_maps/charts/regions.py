@@ -24,7 +24,7 @@ Indices = npt.NDArray[np.intp]
 Masked: TypeAlias = "np.ma.MaskedArray[Any, Any]"
 
 COLOURS: Colormap = ListedColormap(colormaps["viridis"](np.linspace(0.25, 1.0, 256)), name="time to failure")
-"""Luminance rises all along, and nowhere is so dark that a black line is lost."""
+"""Luminance rises all along, and nowhere is so dark that a black line is not seen."""
 
 LOOKS: Mapping[int, dict[str, Any]] = {
     SURVIVES: {"facecolor": "0.94", "edgecolor": "black"},

@@ -1,4 +1,4 @@
-"""How far a film stretches before it fails, or for good where it survives."""
+"""The largest stretch of a film: before it fails, or as t -> infinity where it survives."""
 
 import numpy as np
 import xarray as xr

@@ -11,7 +11,7 @@ MARKERS = "osD^vPX*"
 """As many curves as a chart may have."""
 
 _BRIGHTEST = 0.82
-"""The lighter end of the colours would be lost on white."""
+"""The lighter end of the colours would not be seen on white."""
 
 _MARKER_GAP = 0.15
 """Between the markers of a curve, in diagonals of the axes; those of other curves lie elsewhere."""

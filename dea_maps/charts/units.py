@@ -40,7 +40,7 @@ class Shown(NamedTuple):
     label : str
         Words and symbol or unit, for an axis.
     symbol : str
-        For an equation.
+        For an equation; words where the quantity has none.
     unit : str
         Empty for a plain ratio.
     """
@@ -114,8 +114,8 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
         name = twin
     values = ds[name].astype(np.float64)
     if name in NOMENCLATURE or name in kinds:
-        symbol = quantity_of(name).symbol
-        return Shown(values, axis_label(name), symbol, "")
+        quantity = quantity_of(name)
+        return Shown(values, axis_label(name), quantity.symbol or quantity.label, "")
     greatest = float(np.abs(values).max()) if values.size else 0.0
     words = _WORDS.get(name, chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
     unit = chart_text(ds[name].attrs.get("units", "1"))

@@ -89,7 +89,7 @@ class Plan:
 
     @property
     def strength(self) -> StrengthOf | None:
-        """The true field at which the film breaks down, over the relaxed critical field, if it is known."""
+        """The true field at which the film breaks down, normalised by the relaxed critical field, if it is known."""
         return self.film.material.strength if self.film is not None and self.film.limited else None
 
     def hollow(self) -> xr.Dataset:

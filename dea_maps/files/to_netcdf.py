@@ -54,7 +54,7 @@ def sweep_to_netcdf(
 
     The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
     complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
-    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    interruption resumes from them. Threads of one process may write and open maps at once: one lock guards all calls of
     this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
 
     Parameters
@@ -78,7 +78,7 @@ def sweep_to_netcdf(
     fresh : bool
         Whether to begin anew even where finished parts are there.
     material, thickness : Material and float, optional
-        The film, as in `sweep`. Parts that rest on a strength given as a function are not used by a later call, unless
+        The film, as in `sweep`. Parts computed with a strength given as a function are not used by a later call, unless
         the function is that of a specification, ``{at_rest, exponent}``.
 
     Raises

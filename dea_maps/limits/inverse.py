@@ -28,7 +28,7 @@ _ELASTIC_STRETCH = 2.0 ** (1.0 / 3.0)
 def allowable_field(
     lifetime: ParameterLike, modulus_ratio: ParameterLike, rtol: float = 1e-6, strength: Strength | None = None
 ) -> xr.Dataset:
-    """Find the largest constant field that a film outlasts for a given time.
+    """Find the largest constant field that a film sustains without failure for a given time.
 
     The time to failure under a constant field falls from infinity, just above the relaxed critical field, to zero at
     ``sqrt(modulus_ratio)``, (23) and (26) of Zhao, Koh and Suo (2011).
@@ -47,8 +47,8 @@ def allowable_field(
     Returns
     -------
     Dataset
-        ``allowable_field`` over the relaxed critical field: the film fails after `lifetime`, and under any larger field
-        sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
+        ``allowable_field`` normalised by the relaxed critical field: the film fails after `lifetime`, and under
+        any larger field sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
 
     Raises
     ------
@@ -68,25 +68,25 @@ def allowable_field(
     def field_of(s: Array, m: Array) -> Array:
         return 1.0 + (np.sqrt(m) - 1.0) * s * s  # the time to failure grows like 1/s
 
-    def outlasts(s: Array, m: Array, wanted: Array) -> Array:
+    def lasting(s: Array, m: Array, wanted: Array) -> Array:
         time = solve_auto(Step(), {"field": field_of(s, m), "modulus_ratio": m}, tight).time_to_failure
         return np.where(np.isnan(time), 0.5, time / (time + wanted) - 0.5)
 
     inner = np.isfinite(wanted) & (wanted > 0.0) & (m > 1.0)
     found = np.where(np.isinf(wanted) | (m == 1.0), 1.0, top)
-    s, reason = roots(outlasts, np.zeros_like(m), np.ones_like(m), inner, (m, wanted), xrtol=0.1 * rtol)
+    s, reason = roots(lasting, np.zeros_like(m), np.ones_like(m), inner, (m, wanted), xrtol=0.1 * rtol)
     found = np.where(inner, field_of(s, m), found)
     limit = None
     if strength is not None:
         found, reason, limit = _or_breakdown(found, reason, m, wanted, strength_of(strength), rtol)
-    words = "largest constant field that a film outlasts for lifetime"
+    words = "largest constant field that a film sustains without failure for lifetime"
     return answer("allowable_field", found, reason, life, words, limit)
 
 
 def _or_breakdown(
     field: Array, reason: Flags, m: Array, lifetime: Array, strength: StrengthOf, rtol: float
 ) -> tuple[Array, Flags, Flags]:
-    """Return the largest fields that films also outlast without breaking down, from those that they outlast."""
+    """Return the largest fields sustained without breakdown either, from those sustained without instability."""
     tight = tight_rtol(rtol)
     at_limit = solve_auto(Step(), {"field": field, "modulus_ratio": m}, tight)
     farthest = np.where(at_limit.outcome == Outcome.SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)

@@ -1,4 +1,4 @@
-"""Design answers: how many volts a film takes, for how long, and what it gains."""
+"""Design answers: the allowable voltage of a film, for how long, and the strain that it gives."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,13 +21,13 @@ from ..sweeps.parameters import ParameterLike
 from ..sweeps.solve import solve_auto
 from ..toml_tables import check_keys, check_number, read_toml, values_of
 from .answers import broadcast
-from .breakdown import stretch_at
 from .inverse import allowable_field
+from .passage import stretch_at
 
 Array = npt.NDArray[np.float64]
 
 _QUANTITIES = {
-    "allowable_voltage": ("largest constant voltage that the film outlasts for the holding time", "V"),
+    "allowable_voltage": ("largest constant voltage that the film sustains without failure for the holding time", "V"),
     "allowable_field": ("nominal electric field under that voltage", "V m-1"),
     "true_field": ("true electric field at the end of the holding time", "V m-1"),
     "stretch": ("equibiaxial stretch at the end of the holding time", "1"),
@@ -36,7 +36,7 @@ _QUANTITIES = {
 
 
 def design(material: Material, thickness: ParameterLike, holding_time: ParameterLike, rtol: float = 1e-6) -> xr.Dataset:
-    """Find the largest constant voltages that films of a material take for given times, and how far they get.
+    """Find the allowable voltages of films of a material for given times, and how far the films stretch.
 
     Electromechanical instability limits them, and electrical breakdown too, if the material knows its breakdown
     strength; see `dea_maps.allowable_field`. The answers are limits: how far a design keeps from them is its choice.
@@ -121,7 +121,7 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
         relaxed_critical_field=(
             "film",
             [material.critical_field] * len(films),
-            {"long_name": "nominal field that the film withstands for good", "units": "V m-1"},
+            {"long_name": "nominal field that the film sustains indefinitely", "units": "V m-1"},
         ),
         holding_time=("holding_time", times, {"long_name": "time for which the voltage is held", "units": "s"}),
     )
@@ -139,7 +139,7 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
 
 
 def _farthest(material: Material, field: Array, limit: npt.NDArray[np.int8], rtol: float) -> Array:
-    """Return the stretch of films at the limit of what they outlast."""
+    """Return the stretch of films at their allowable field."""
     known = ~np.isnan(field)
     cells = {"field": field[known], "modulus_ratio": np.full(known.sum(), material.modulus_ratio)}
     ends = solve_auto(Step(), cells, rtol)
@@ -257,10 +257,10 @@ def time_in_words(seconds: float) -> str:
     Examples
     --------
     >>> [time_in_words(seconds) for seconds in (0.5, 90.0, 349.0, 7200.0, 3650 * 86400.0, np.inf)]
-    ['0.5 s', '90 s', '5.82 min', '2 h', '3650 d', 'for good']
+    ['0.5 s', '90 s', '5.82 min', '2 h', '3650 d', 'indefinitely']
     """
     if np.isinf(seconds):
-        return "for good"
+        return "indefinitely"
     lengths = {"d": 86400.0, "h": 3600.0, "min": 60.0, "s": 1.0}
     unit = next((unit for unit, length in lengths.items() if seconds >= 2 * length or seconds == length), "s")
     number = seconds / lengths[unit]

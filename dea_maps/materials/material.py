@@ -108,7 +108,7 @@ class Material:
         return math.sqrt(0.75 * 4.0 ** (-1.0 / 3.0) * self.relaxed_modulus / permittivity)
 
     def strength(self, stretch: Array) -> Array:
-        """Return the true field at which the film breaks down, over the relaxed critical field.
+        """Return the true field at which the film breaks down, normalised by the relaxed critical field.
 
         Parameters
         ----------

@@ -72,7 +72,7 @@ def physical(ds: xr.Dataset, material: Material, thickness: float) -> xr.Dataset
     Parameters
     ----------
     ds : Dataset
-        From `dea_maps.sweep`, `dea_maps.trajectory` or a file of theirs, perhaps with some of the variables only.
+        From `dea_maps.sweep`, `dea_maps.trajectory` or a file of either, perhaps with some of the variables only.
     material : Material
         With a known permittivity. What it says of the modulus ratio is not used: `ds` has its own.
     thickness : float

@@ -49,8 +49,8 @@ def sweep(
     prestretch : number, 1-D array or DataArray, optional
         Stretch of at least 1 to which the film relaxed under its dead load before the voltage.
     stress : number, 1-D array or DataArray, optional
-        Dead load applied to the fresh film with the voltage: equibiaxial nominal stress over the relaxed modulus, at
-        least 0. At most one of `prestretch` and `stress`.
+        Dead load applied to the fresh film with the voltage: equibiaxial nominal stress, normalised by the relaxed
+        modulus, at least 0. At most one of `prestretch` and `stress`.
     rtol : float
         Relative error allowed in time to failure, critical stretch and critical field, from 1e-12 to 1e-3.
     method, formulation : str

@@ -50,7 +50,7 @@ def trajectory(
     Returns
     -------
     Dataset
-        ``stretch``, ``internal_stretch``, ``applied_field`` over the relaxed critical field and ``margin``,
+        ``stretch``, ``internal_stretch``, ``applied_field`` normalised by the relaxed critical field and ``margin``,
         ``1 - e/e_c(xi)``, zero at failure, with ``time`` as the last dimension, NaN after failure, and where the
         accuracy cannot be reached, as may be in ramps slower than 1e-5 at a small `rtol`; and the variables of `sweep`.
 

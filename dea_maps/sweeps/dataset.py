@@ -110,7 +110,7 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": f"{kind} of a dielectric-elastomer actuator under the loading program {program}",
         "summary": "Electromechanical instability of a viscoelastic dielectric-elastomer film under equal "
-        "biaxial stretch; fields over the relaxed critical field, times over the relaxation time",
+        "biaxial stretch; fields normalised by the relaxed critical field, times by the relaxation time",
         "keywords": "dielectric elastomer, actuator, electromechanical instability, viscoelasticity",
         "source": f"dea_maps {release}, numerical integration of the model of the reference",
         "references": _PAPER,
@@ -160,7 +160,7 @@ def reduced(ds: xr.Dataset, variables: list[str], dtype: str) -> xr.Dataset:
     variables : list of str
         The variables to keep.
     dtype : {"float64", "float32"}
-        Type of the maps; ``outcome`` and the coordinates keep theirs.
+        Type of the maps; ``outcome`` and the coordinates keep their types.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Films under a dead load: the load of a pre-stretch, the largest field carried, and the relaxed threshold.
+"""Films under a dead load: the load of a pre-stretch, the largest field sustained, and the relaxed threshold.
 
 With ``w = 1/lambda``, ``A = 1 + p/xi**2``, ``B = 1 + p xi**4`` and the nominal stress ``sigma = s/mu_R`` in both
 directions, equilibrium (18) to (20) of Zhao, Koh and Suo (2011) is ``e = A w**2 - B w**8 - sigma w**3``, and the film
@@ -44,12 +44,12 @@ def has_dead_load(names: Iterable[str]) -> bool:
 
 
 def load_of(prestretch: Array) -> Array:
-    """Return the nominal stress, over the relaxed modulus, under which a relaxed film has a stretch."""
+    """Return the nominal stress, normalised by the relaxed modulus, under which a relaxed film has a stretch."""
     return np.asarray(prestretch - prestretch**-5)
 
 
 def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
-    """Return the largest load ``eps E**2/mu_R`` that a film carries at an internal stretch.
+    """Return the largest load ``eps E**2/mu_R`` that a film sustains at an internal stretch.
 
     Examples
     --------
@@ -68,7 +68,7 @@ def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -
 
 
 def relaxed_threshold(stress: Array) -> Array:
-    """Return the largest field, over that of the free film, that a relaxed film carries under a dead load.
+    """Return the largest field, normalised by that of the free film, that a relaxed film sustains under a dead load.
 
     It does not depend on the modulus ratio: relaxed, the film is one of the relaxed modulus alone.
 

@@ -36,8 +36,11 @@ class Table(NamedTuple):
         Each gives the values of a column, of the shape of the parameters, from them.
     repeats : int
         How often the pieces are gone through; `dea_maps.programs.ENDLESS` without end.
+    once : int
+        How many pieces, the first ones, make up the first repetition, where the others, which are the pieces after
+        these, begin at another field than zero; else 0.
     endless : bool
-        Whether the last piece stands for a rise without end: it ends where no film is left.
+        Whether the last piece stands for a rise without end: it ends where every film has failed.
     """
 
     kind: npt.NDArray[np.int8]
@@ -45,6 +48,7 @@ class Table(NamedTuple):
     source: npt.NDArray[np.int64]
     columns: tuple[Callable[[Parameters], Any], ...]
     repeats: int
+    once: int
     endless: bool
 
 
@@ -62,13 +66,19 @@ def table_of(program: Program) -> Table:
     if isinstance(program, Waveform):
         return _of_samples(program, build)
     rows, reached = build.rows(program.pieces, 0.0)
+    once = 0
+    if program.repeats != 1:
+        again, _ = build.rows(program.pieces, reached)
+        if again != rows:
+            once = len(rows)
+            rows += again
     kind = np.array([kind for kind, _ in rows], np.int8)
     scale = np.array([[argument.scale for argument in arguments] for _, arguments in rows])
     source = np.array([[argument.column for argument in arguments] for _, arguments in rows], np.int64)
-    return Table(kind, scale, source, tuple(build.columns.values()), program.repeats, reached == math.inf)
+    return Table(kind, scale, source, tuple(build.columns.values()), program.repeats, once, reached == math.inf)
 
 
-Arrays = tuple[npt.NDArray[np.int8], Float, npt.NDArray[np.int64], Float, int]
+Arrays = tuple[npt.NDArray[np.int8], Float, npt.NDArray[np.int64], Float, int, int]
 
 
 def arrays_of(table: Table, given: Parameters) -> Arrays:
@@ -76,14 +86,14 @@ def arrays_of(table: Table, given: Parameters) -> Arrays:
 
     Returns
     -------
-    kind, scale, source, columns, repeats
+    kind, scale, source, columns, repeats, once
         ``columns`` (columns, cells).
     """
     cells = given["modulus_ratio"].size
     columns = np.empty((len(table.columns), cells))
     for row, values in zip(columns, table.columns, strict=True):
         row[:] = values(given)
-    return table.kind, table.scale, table.source, columns, table.repeats
+    return table.kind, table.scale, table.source, columns, table.repeats, table.once
 
 
 class _Multiple(NamedTuple):
@@ -184,7 +194,7 @@ def _of(argument: _Field, given: Parameters) -> Any:
 
 
 def _beyond(given: Parameters) -> Any:
-    """Return a field that no film carries, the end of a rise without end: twice that of instant failure."""
+    """Return a field that no film sustains, the end of a rise without end: twice that of instant failure."""
     return 2.0 * np.sqrt(given["modulus_ratio"])
 
 
@@ -198,7 +208,7 @@ def _of_samples(program: Waveform, build: _Builder) -> Table:
     source = np.zeros((pieces, 4), np.int64)
     source[:, :2] = build.value(name).column
     columns = tuple(build.columns.values())
-    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, program.repeats, False)
+    return Table(np.full(pieces, LINEAR, np.int8), scale, source, columns, program.repeats, 0, False)
 
 
 def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
@@ -243,11 +253,12 @@ def _along(argument: Argument | None, parameters: Parameters) -> Float:
 def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     """Return the field of one cell, ``values`` being the arguments of its pieces."""
     ends = np.cumsum(values[:, 2])
-    cycle = ends[-1] if ends.size else 0.0
+    first = ends[table.once - 1] if table.once else 0.0  # from here on all repetitions are the same
+    cycle = ends[-1] - first if ends.size else 0.0
     cycles = np.zeros(times.shape)
     if table.repeats != 1 and cycle > 0.0:
-        most = math.inf if table.repeats < 0 else table.repeats - 1.0
-        cycles = np.clip(np.ceil(times / cycle) - 1.0, 0.0, most)
+        most = math.inf if table.repeats < 0 else table.repeats - 1.0 - (table.once > 0)
+        cycles = np.clip(np.ceil((times - first) / cycle) - 1.0, 0.0, most)
     local = times - cycles * cycle
     piece = np.minimum(np.searchsorted(ends, local, side="left"), len(ends) - 1)
     one, other, duration, period = values[piece].T
@@ -271,8 +282,31 @@ def loading_time(program: Program, parameters: Parameters) -> Float:
     table = table_of(program)
     if table.endless:
         return np.zeros_like(parameters["modulus_ratio"])
+    first, later = _durations(table, parameters)
+    if table.once:
+        return first + later * max(table.repeats - 1, 1)
+    return first * max(table.repeats, 1)
+
+
+def repetition_starts(program: Program, parameters: Parameters, completed: Float) -> Float:
+    """Return the time at which a repetition starts, by the number of those before it.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import TriangleTrain
+    >>> given = {"field": np.array([1.2]), "period": np.array([0.5]), "modulus_ratio": np.array([4.0])}
+    >>> repetition_starts(TriangleTrain(), given, np.array([3.0]))
+    array([1.5])
+    """
+    first, later = _durations(table_of(program), parameters)
+    return np.where(completed > 0.0, first + (completed - 1.0) * later, 0.0)
+
+
+def _durations(table: Table, parameters: Parameters) -> tuple[Float, Float]:
+    """Return the duration of the first repetition, and of each one that follows."""
     columns = [np.broadcast_to(column(parameters), parameters["modulus_ratio"].shape) for column in table.columns]
-    duration = np.zeros_like(parameters["modulus_ratio"])
-    for scale, source in zip(table.scale[:, 2], table.source[:, 2], strict=True):
-        duration = duration + scale * columns[source]
-    return np.asarray(duration * max(table.repeats, 1))
+    duration = [np.zeros_like(parameters["modulus_ratio"]) for _ in range(2)]
+    for piece, (scale, source) in enumerate(zip(table.scale[:, 2], table.source[:, 2], strict=True)):
+        later = table.once <= piece
+        duration[later] = duration[later] + scale * columns[source]
+    return (duration[0], duration[1]) if table.once else (duration[1], duration[1])

@@ -110,7 +110,7 @@ def _as_array(name: str, value: npt.ArrayLike) -> npt.NDArray[np.generic]:
             "whose dimensions only an xarray.DataArray can name"
         )
     if np.ma.is_masked(value):
-        raise ValueError(f"{name} must have a value at every place; got a masked array with gaps")
+        raise ValueError(f"{name} must have no masked values; got a masked array")
     return array
 
 

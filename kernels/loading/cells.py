@@ -1,7 +1,8 @@
 """Cells from t = 0 to their outcome: passages through the program, one after another, and the verdicts.
 
 A program that ends constant is decided by the load held at the end, a repeated one by the map P of r from the start of
-a cycle to its end, which is increasing: a film survives if P(r1) <= r1 for one r1 that it has not passed.
+a cycle to its end, which is increasing: a film survives if P(r1) <= r1 for one r1 that it has not passed. Few cycles
+are gone through one by one; many follow from a few, see `cycles`.
 """
 
 import math
@@ -11,8 +12,10 @@ import numpy as np
 from .._jit import Kernel, device
 from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
+from .cycles import CHANGE, NODES, POINTS, advance, evaluate, fit
 from .finish import make_finish
-from .law import Law
+from .held import make_time_held
+from .law import ELASTIC, Law
 from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
@@ -33,6 +36,7 @@ from .rows import (
     ENDED,
     ERROR,
     FELL,
+    FIRST_STEP,
     GAIN,
     HELD,
     JUMPED,
@@ -45,9 +49,13 @@ from .rows import (
     READY,
     RESOLUTION,
     ROUNDING,
+    SCALE,
+    SPENT,
     STEP,
     TIGHTNESS,
     TIME_ERROR,
+    UNTIL,
+    WAITING,
     T,
     X,
     Y,
@@ -55,7 +63,7 @@ from .rows import (
 
 LANES = 16
 SIGNATURE = (
-    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, "
+    "int8[::1], float64[:, ::1], int64[:, ::1], float64[:, ::1], int64, int64, "
     "float64[::1], float64[::1], float64[::1], float64, "
     "int8[::1], float64[:, :]"
 )
@@ -64,6 +72,7 @@ SIGNATURE = (
 CYCLING = 0  # the cell's own way
 FIXING = 1  # towards the fixed point of the map of a cycle
 PROVING = 2  # from beside it: the certificate
+SAMPLING = 3  # several, from points of a range of r: many cycles from few
 
 # Share of the error allowed in a result that a step may take, at first.
 SHARE = 0.3
@@ -72,8 +81,20 @@ LARGEST_TIGHTNESS = 1e16
 DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
 ITERATIONS = 12
-# Cycles in all that a cell is taken through one by one.
-CYCLES = 100_000
+# Cycles that a cell is taken through one by one, in all.
+CYCLES = 20_000
+# Passages from points of ranges of r that go on side by side.
+ROOM = 64 * NODES
+# Cycles one by one before many are tried, and again after a range that was too short.
+BEFORE_MANY = 8
+# Cycles that a range must hold to be worth its passages.
+WORTH = 1.5 * NODES
+# Load held at the end, over the largest of a relaxed film, up to which the time to failure is an integral.
+SLOWLY = 1.1
+# Part of the way to an r whose cycle is not survived that a range of r may take.
+ROOM_BELOW = 0.9
+# Error of the number of cycles allowed in one range.
+MISCOUNT = 0.005
 
 # Rows of what is kept of a cell, beside its passage.
 COMPLETED = 0  # cycles
@@ -85,27 +106,40 @@ LAST_CHANGE = 5
 RETURN_R = 6  # where cycling goes on after a search in vain
 RETURN_ERROR = 7
 LARGEST = 8  # least unknown on the cell's own way
-CYCLE_TIME = 9
-LIMIT_LEAST = 10  # of the limit cycle
-LIMIT_MOST = 11
-RETURN_DOUBT = 12
-RETURN_ROUNDING = 13
-TRIED = 14
-NOTES = 15
+FIRST_TIME = 9  # duration of the first cycle, and of the others
+CYCLE_TIME = 10
+LIMIT_LEAST = 11  # of the limit cycle
+LIMIT_MOST = 12
+RETURN_DOUBT = 13
+RETURN_ROUNDING = 14
+TRIED = 15
+PROVED = 16  # r came back no larger from a cycle on the cell's own way
+NEXT_SAMPLING = 17
+WIDTH = 18  # of the range of r, negative where r falls
+FIRST_NODE = 19
+ONE_BY_ONE = 20  # cycles
+USUAL_STEP = 21  # first step of a cycle, and its change of r
+USUAL_CHANGE = 22
+FAILING = 23  # least r known whose cycle is not survived
+NOTES = 24
 
 
 def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     """Make the compiled sweep of general loading programs; see the package for its arguments."""
     march = make_march(law, waves, lanes)
     finish = make_finish(law, waves, lanes)
+    time_held = make_time_held(law)
     critical, load, stretch, relaxed_at, ends = law.critical, law.load, law.stretch, law.relaxed_at, law.ends
+    start_at, flow = law.begin, law.flow
     field_in, field_rate = waves.field, waves.rate
 
     @device
-    def set_out(kept, cell, r, field, tightness, resolution):
-        """Set a passage at the beginning of the program, after a field."""
+    def set_out(kept, cell, r, field, first, until, tightness, resolution):
+        """Set a passage at the beginning of a piece, after a field."""
         for row in range(KEPT):
             kept[row, cell] = 0.0
+        kept[PIECE, cell] = first
+        kept[UNTIL, cell] = until
         kept[T, cell] = -1.0
         kept[BASE, cell] = r
         kept[X, cell] = field
@@ -115,11 +149,42 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[HELD, cell] = -1.0
 
     @device
+    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution):
+        """Set a passage of a cell at the beginning of a cycle that is not the first one."""
+        set_out(kept, passage, r, field, once, until, tightness, resolution)
+        kept[STEP, passage] = notes[USUAL_STEP, cell]
+        kept[SCALE, passage] = notes[USUAL_CHANGE, cell]
+
+    @device
+    def begin(kept, notes, cell, r, once, pieces, tightness, resolution):
+        """Set a cell at t = 0."""
+        for row in range(NOTES):
+            notes[row, cell] = 0.0
+        notes[NEXT_TRIAL, cell] = 2.0
+        notes[NEXT_SAMPLING, cell] = BEFORE_MANY
+        notes[LARGEST, cell] = math.inf
+        notes[FAILING, cell] = math.inf
+        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution)
+
+    @device
+    def go_back(kept, notes, cell, field, once, pieces, resolution):
+        """Go on cycling from where a search left."""
+        notes[PURPOSE, cell] = CYCLING
+        set_cycle(
+            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution
+        )
+        kept[ERROR, cell] = notes[RETURN_ERROR, cell]
+        kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
+        kept[ROUNDING, cell] = notes[RETURN_ROUNDING, cell]
+
+    @device
     def write_failure(kind, scale, source, columns, kept, notes, p, sigma, tolerance, state, cell, result):
         """Write what a failed cell found; by how much its errors exceed what is allowed."""
         r = kept[BASE, cell] + kept[Y, cell]
         x = critical(r, p[cell], sigma[cell])
-        time = notes[COMPLETED, cell] * notes[CYCLE_TIME, cell] + (kept[OFFSET, cell] + kept[T, cell])
+        completed = notes[COMPLETED, cell]
+        before = notes[FIRST_TIME, cell] + (completed - 1.0) * notes[CYCLE_TIME, cell] if completed > 0.0 else 0.0
+        time = before + (kept[OFFSET, cell] + kept[T, cell])
         _, load_of_r, _ = ends(r, p[cell], sigma[cell], x)
         carried = load(r, p[cell], sigma[cell], x)
         capacity = np.sqrt(carried / CRITICAL_LOAD)
@@ -145,12 +210,117 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         excess = max(time_error / (time + 1e-300), field_error, 0.5 * kept[ERROR, cell] / r) / tolerance
         return max(excess, kept[DOUBT, cell] / DOUBTFUL)
 
+    @device
+    def write_survival(kept, notes, cell, result):
+        """Write the limit cycle."""
+        result[STEADY_STRETCH_MAX, cell] = stretch(notes[LIMIT_LEAST, cell])
+        result[STEADY_STRETCH_MIN, cell] = stretch(notes[LIMIT_MOST, cell])
+        result[LARGEST_STRETCH, cell] = stretch(min(notes[LIMIT_LEAST, cell], notes[LARGEST, cell]))
+
+    @device
+    def load_carried(r, p, sigma):
+        return load(r, p, sigma, critical(r, p, sigma))
+
+    @device
+    def root_of(series, low, high):
+        """Return where in [low, high], parts of the range, a series falls below zero."""
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            if evaluate(series, CHANGE, 2.0 * middle - 1.0) > 0.0:
+                low = middle
+            else:
+                high = middle
+        return high
+
+    @device
+    def use_samples(kept, notes, state, cell, repeats, values, series):
+        """Go through many cycles, or set a new range; the verdict on the range, and an excess of errors.
+
+        The cell's purpose becomes SAMPLING, CYCLING, or FIXING from LAST_R and BASE.
+        """
+        first = np.int64(notes[FIRST_NODE, cell])
+        base, width = notes[RETURN_R, cell], abs(notes[WIDTH, cell])
+        sign = 1.0 if notes[WIDTH, cell] > 0.0 else -1.0
+        worst, good, largest = 0.0, 0, 0.0
+        for j in range(NODES):
+            slot = first + j
+            if state[slot] != ENDED or kept[DOUBT, slot] > DOUBTFUL:
+                notes[FAILING, cell] = min(notes[FAILING, cell], kept[BASE, slot])
+                break
+            values[j] = sign * kept[Y, slot]
+            worst = max(worst, total_error(kept[ERROR, slot], kept[ROUNDING, slot]))
+            largest = max(largest, abs(values[j]))
+            good += 1
+        allowed = kept[TIGHTNESS, cell]
+        change = abs(notes[LAST_CHANGE, cell])
+        following = 0.0
+        if good < NODES:
+            following = max(0.7 * width * POINTS[good - 1] if good > 0 else 0.0, 0.1 * width)
+        else:
+            left = fit(values, width, series) + 4.0 * EPSILON * largest
+            floor = 2.0 * (left + worst)
+            below = -1
+            if repeats == ENDLESS:
+                for j in range(NODES):
+                    if below < 0 and values[j] <= 0.0:
+                        below = j
+            if below >= 0:
+                low = POINTS[below - 1] if below > 0 else 0.0
+                notes[LAST_R, cell] = base + sign * width * POINTS[below]
+                notes[LAST_CHANGE, cell] = sign * values[below]
+                kept[BASE, cell] = base + sign * width * root_of(series, low, POINTS[below])
+                notes[PURPOSE, cell] = FIXING
+                return 0.0
+            most = repeats - 1.0 - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
+            s, cycles, grown, gathered = advance(series, width, floor, most)
+            here = evaluate(series, CHANGE, 2.0 * s / width - 1.0)
+            stopped = not here > floor
+            if stopped and repeats == ENDLESS:
+                notes[LAST_R, cell] = base + sign * width * POINTS[0]
+                notes[LAST_CHANGE, cell] = sign * values[0]
+                kept[BASE, cell] = base + sign * s
+                notes[PURPOSE, cell] = FIXING
+                return 0.0
+            if stopped:
+                cycles = most
+            own = total_error(notes[RETURN_ERROR, cell], notes[RETURN_ROUNDING, cell])
+            error = grown * own + gathered * worst
+            allowance = max(abs(here) * min(MISCOUNT, cycles / allowed), 0.5 * error)
+            if stopped or repeats != ENDLESS:
+                allowance = max(allowance, 0.1 * base / allowed)
+            missed = gathered * left
+            factor = 0.8 * (allowance / (missed + 1e-300)) ** (1.0 / (NODES - 2.0))
+            following = width * min(max(factor, 0.15), 8.0)
+            if missed <= allowance and cycles >= 1.0:
+                notes[COMPLETED, cell] += cycles
+                notes[RETURN_R, cell] = base + sign * s
+                notes[RETURN_ERROR, cell] = grown * notes[RETURN_ERROR, cell] + gathered * (left + worst)
+                notes[RETURN_ROUNDING, cell] *= grown * grown
+                notes[LAST_CHANGE, cell] = sign * here
+                change = abs(here)
+                miscount = notes[RETURN_ERROR, cell] / change
+                if repeats == ENDLESS and grown > 1.0 and miscount > DOUBTFUL:
+                    return miscount / MISCOUNT
+                following = max(following, 0.5 * width)
+            else:
+                following = min(following, 0.6 * width)
+        following = min(following, ROOM_BELOW * abs(notes[FAILING, cell] - notes[RETURN_R, cell]))
+        rest = repeats - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
+        if following >= WORTH * change and rest > 2.0 * WORTH:
+            notes[WIDTH, cell] = sign * following
+            notes[PURPOSE, cell] = SAMPLING
+        else:
+            notes[PURPOSE, cell] = CYCLING
+            notes[NEXT_SAMPLING, cell] = notes[COMPLETED, cell] + 2.0 * NODES
+        return 0.0
+
     def sweep(
         kind,
         scale,
         source,
         columns,
         repeats,
+        once,
         modulus_ratio,
         start_stretch,
         dead_load,
@@ -159,43 +329,84 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         result,
     ):
         count = modulus_ratio.size
+        pieces = kind.size
+        room = ROOM if repeats != 1 else 0
         p = modulus_ratio - 1.0
-        cells = np.arange(count)
-        state = np.empty(count, np.int8)
-        kept = np.empty((KEPT, count))
-        notes = np.zeros((NOTES, count))
-        tightness = 1.0 / (SHARE * tolerance)
+        cells = np.empty(count + room, np.int64)
+        state = np.empty(count + room, np.int8)
+        kept = np.empty((KEPT, count + room))
+        notes = np.empty((NOTES, count))
+        values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
         for cell in range(count):
+            cells[cell] = cell
             status[cell] = RUNNING
             for row in range(RESULTS):
                 result[row, cell] = math.nan
-            set_out(kept, cell, start_stretch[cell] * start_stretch[cell], 0.0, tightness, resolution)
+            r = start_stretch[cell] * start_stretch[cell]
+            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * tolerance), resolution)
             state[cell] = READY
-            notes[NEXT_TRIAL, cell] = 2.0
-            notes[LARGEST, cell] = math.inf
         while True:
+            used = count
+            for cell in range(count if repeats != 1 else 0):
+                if status[cell] == RUNNING and notes[PURPOSE, cell] == SAMPLING:
+                    state[cell] = WAITING
+                    notes[FIRST_NODE, cell] = -1.0
+                    if used + NODES <= count + room:
+                        notes[FIRST_NODE, cell] = used
+                        E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
+                        for j in range(NODES):
+                            r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
+                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            state[used] = READY
+                            cells[used] = cell
+                            used += 1
             while True:
-                march(kind, scale, source, columns, p, dead_load, cells, state, kept)
+                march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
                 near = 0
-                for cell in range(count):
-                    near += state[cell] == NEAR
+                for passage in range(used):
+                    near += state[passage] == NEAR
                 if near == 0:
                     break
-                finish(kind, scale, source, columns, p, dead_load, cells, state, kept)
+                finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
             running = 0
             for cell in range(count):
                 if status[cell] != RUNNING:
                     continue
+                purpose = notes[PURPOSE, cell]
+                if purpose == SAMPLING and notes[FIRST_NODE, cell] < 0.0:
+                    running += 1
+                    continue
                 sigma = dead_load[cell]
                 failed = state[cell] == FELL or state[cell] == JUMPED
+                spent = state[cell] == SPENT
                 excess = 0.0
                 verdict = RUNNING
-                spent = state[cell] != FELL and state[cell] != JUMPED and state[cell] != ENDED
-                E = field_at_end(kind, scale, source, columns, kind.size - 1, cell)
-                purpose = notes[PURPOSE, cell]
+                E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                 r = kept[BASE, cell] + kept[Y, cell]
-                if spent:
+                if purpose == SAMPLING:
+                    excess = use_samples(kept, notes, state, cell, repeats, values, series)
+                    if excess > 0.0:
+                        verdict = FAILED
+                    elif notes[PURPOSE, cell] == FIXING:
+                        notes[ITERATION, cell] = 0.0
+                        set_cycle(
+                            kept,
+                            notes,
+                            cell,
+                            cell,
+                            kept[BASE, cell],
+                            E,
+                            once,
+                            pieces,
+                            kept[TIGHTNESS, cell],
+                            resolution,
+                        )
+                        state[cell] = READY
+                    elif notes[PURPOSE, cell] == CYCLING:
+                        go_back(kept, notes, cell, E, once, pieces, resolution)
+                        state[cell] = READY
+                elif spent:
                     verdict, excess = FAILED, 1e4  # lost beside the instability: once more, with shorter steps
                 elif failed and purpose == CYCLING:
                     excess = write_failure(
@@ -208,10 +419,17 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             np.sqrt(modulus_ratio[cell]) if sigma == 0.0 and r == 1.0 else result[CRITICAL_FIELD, cell]
                         )
                     elif repeats != 1:
-                        result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]
+                        # Under the load held at the end all repetitions are completed, the last one counted here again.
+                        again = 1.0 if kept[HELD, cell] >= 0.0 else 0.0
+                        result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell] + again
                 elif purpose == CYCLING:
-                    notes[COMPLETED, cell] += 1.0
                     notes[CYCLE_TIME, cell] = kept[OFFSET, cell]
+                    if notes[COMPLETED, cell] == 0.0:
+                        notes[FIRST_TIME, cell] = kept[OFFSET, cell]
+                    notes[COMPLETED, cell] += 1.0
+                    notes[ONE_BY_ONE, cell] += 1.0
+                    notes[USUAL_STEP, cell] = kept[FIRST_STEP, cell]
+                    notes[USUAL_CHANGE, cell] = abs(kept[Y, cell])
                     notes[LARGEST, cell] = min(notes[LARGEST, cell], kept[LEAST, cell])
                     if notes[COMPLETED, cell] == repeats:
                         # The load held at the end decides.
@@ -235,6 +453,42 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
+                        elif (
+                            not carried
+                            and e <= SLOWLY * largest
+                            and e < load_carried(r, p[cell], sigma)
+                            and p[cell] > ELASTIC
+                        ):
+                            # It fails slowly under the load held.
+                            notes[COMPLETED, cell] -= 1.0
+                            x = start_at(r, p[cell], sigma, held)
+                            error = total_error(kept[ERROR, cell], kept[ROUNDING, cell]) + EPSILON * r
+                            time, reached, missed = time_held(x, p[cell], sigma, held, top, 0.1 * tolerance)
+                            kept[TIME_ERROR, cell] = missed * time + error / flow(r, p[cell], x, held)
+                            kept[ERROR, cell] = 16.0 * EPSILON * reached
+                            kept[HELD, cell] = held
+                            kept[T, cell] = time
+                            kept[Y, cell] = reached - kept[BASE, cell]
+                            excess = max(
+                                excess,
+                                write_failure(
+                                    kind,
+                                    scale,
+                                    source,
+                                    columns,
+                                    kept,
+                                    notes,
+                                    p,
+                                    dead_load,
+                                    tolerance,
+                                    FELL,
+                                    cell,
+                                    result,
+                                ),
+                            )
+                            verdict = FAILED
+                            if repeats != 1:
+                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0
@@ -248,32 +502,44 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         or kept[DOUBT, cell] > DOUBTFUL
                     ):
                         verdict, excess = FAILED, 10.0  # in vain: errors that are too large have only grown since
-                    elif notes[COMPLETED, cell] >= CYCLES:
+                    elif notes[ONE_BY_ONE, cell] >= CYCLES:
                         status[cell] = BUDGET_SPENT
                         continue
                     else:
-                        change, error, doubt = kept[Y, cell], kept[ERROR, cell], kept[DOUBT, cell]
-                        rounding = kept[ROUNDING, cell]
+                        base, change = kept[BASE, cell], kept[Y, cell]
                         ratio = np.exp(kept[GAIN, cell])
-                        step, base = kept[STEP, cell], kept[BASE, cell]
-                        allowed = kept[TIGHTNESS, cell]
-                        set_out(kept, cell, r, E, allowed, resolution)
-                        kept[STEP, cell] = 0.0 * step
-                        state[cell] = READY
-                        if repeats == ENDLESS and notes[COMPLETED, cell] >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
-                            notes[RETURN_R, cell] = r
-                            notes[RETURN_ERROR, cell] = error
-                            notes[RETURN_DOUBT, cell] = doubt
-                            notes[RETURN_ROUNDING, cell] = rounding
+                        completed = notes[COMPLETED, cell]
+                        steady = completed > 1.0 or once == 0
+                        notes[RETURN_R, cell] = r
+                        notes[RETURN_ERROR, cell] = kept[ERROR, cell]
+                        notes[RETURN_DOUBT, cell] = kept[DOUBT, cell]
+                        notes[RETURN_ROUNDING, cell] = kept[ROUNDING, cell]
+                        notes[LAST_R, cell] = base
+                        notes[LAST_CHANGE, cell] = change
+                        error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
+                        if steady and change + error < 0.0:
+                            notes[PROVED, cell] = 1.0
+                        width = WORTH * abs(change) * max(4.0, min(1.0 / (abs(1.0 - ratio) + 1e-3) / WORTH, 64.0))
+                        width = min(width, ROOM_BELOW * abs(notes[FAILING, cell] - r))
+                        if steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
-                            notes[LAST_R, cell] = base
-                            notes[LAST_CHANGE, cell] = change
-                            kept[BASE, cell] = max(base + change / (1.0 - ratio), r)
+                            root = base + change / (1.0 - ratio)
+                            root = root if notes[PROVED, cell] > 0.0 else max(root, r)
+                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            state[cell] = READY
+                        elif (
+                            steady
+                            and completed >= notes[NEXT_SAMPLING, cell]
+                            and (repeats == ENDLESS or repeats - completed > 2.0 * WORTH)
+                            and abs(change) > 2.0 * error
+                            and width > max(64.0 * EPSILON * r, WORTH * abs(change))
+                        ):
+                            notes[PURPOSE, cell] = SAMPLING
+                            notes[WIDTH, cell] = width if change > 0.0 else -width
                         else:
-                            kept[ERROR, cell] = error
-                            kept[DOUBT, cell] = doubt
-                            kept[ROUNDING, cell] = rounding
+                            go_back(kept, notes, cell, E, once, pieces, resolution)
+                            state[cell] = READY
                 else:
                     # On the way to the fixed point, or beside it.
                     start, change = kept[BASE, cell], kept[Y, cell]
@@ -282,17 +548,16 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     allowed = kept[TIGHTNESS, cell]
                     vain = failed or kept[DOUBT, cell] > DOUBTFUL
                     noise = error + EPSILON * start
+                    if failed:
+                        notes[FAILING, cell] = min(notes[FAILING, cell], start)
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
-                            highest = min(notes[LIMIT_LEAST, cell], notes[LARGEST, cell])
-                            result[STEADY_STRETCH_MAX, cell] = stretch(notes[LIMIT_LEAST, cell])
-                            result[STEADY_STRETCH_MIN, cell] = stretch(notes[LIMIT_MOST, cell])
-                            result[LARGEST_STRETCH, cell] = stretch(highest)
+                            write_survival(kept, notes, cell, result)
                         elif notes[TRIED, cell] < 4.0:
                             notes[TRIED, cell] += 1.0
-                            distance = start - notes[LAST_R, cell]
-                            set_out(kept, cell, notes[LAST_R, cell] + 8.0 * distance, E, allowed, resolution)
+                            beside = notes[LAST_R, cell] + 8.0 * (start - notes[LAST_R, cell])
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                         else:
                             vain = True
@@ -312,23 +577,21 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[PURPOSE, cell] = PROVING
                             notes[TRIED, cell] = 0.0
                             beside = max(following, start) + 4.0 * noise / -slope
-                            set_out(kept, cell, beside, E, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                         elif notes[ITERATION, cell] >= ITERATIONS:
                             vain = True
                         else:
-                            set_out(kept, cell, max(following, notes[RETURN_R, cell]), E, allowed, resolution)
+                            if notes[PROVED, cell] == 0.0:
+                                following = max(following, notes[RETURN_R, cell])
+                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution)
                             state[cell] = READY
                     if vain and purpose == PROVING:
                         # There is a fixed point, too close to failure for these errors.
                         verdict, excess = SURVIVES, 100.0
                     elif vain:
-                        notes[PURPOSE, cell] = CYCLING
                         notes[NEXT_TRIAL, cell] = 2.0 * notes[COMPLETED, cell] + 1.0
-                        set_out(kept, cell, notes[RETURN_R, cell], E, allowed, resolution)
-                        kept[ERROR, cell] = notes[RETURN_ERROR, cell]
-                        kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
-                        kept[ROUNDING, cell] = notes[RETURN_ROUNDING, cell]
+                        go_back(kept, notes, cell, E, once, pieces, resolution)
                         state[cell] = READY
                 if verdict != RUNNING:
                     if excess <= 1.0:
@@ -341,12 +604,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     if kept[TIGHTNESS, cell] >= LARGEST_TIGHTNESS:
                         status[cell] = BUDGET_SPENT
                         continue
-                    for row in range(NOTES):
-                        notes[row, cell] = 0.0
-                    notes[NEXT_TRIAL, cell] = 2.0
-                    notes[LARGEST, cell] = math.inf
                     r = start_stretch[cell] * start_stretch[cell]
-                    set_out(kept, cell, r, 0.0, min(allowed, LARGEST_TIGHTNESS), resolution)
+                    begin(kept, notes, cell, r, once, pieces, min(allowed, LARGEST_TIGHTNESS), resolution)
                     state[cell] = READY
                 running += 1
             if running == 0:

@@ -27,12 +27,15 @@ from .rows import (
     ENDED,
     ERROR,
     EVENT,
+    FIRST_STEP,
     FREQUENCY,
     GAIN,
     GROWTH,
     HELD,
     JUMPED,
     KEPT,
+    LAST_LENGTH,
+    LAST_ROOT,
     LEAST,
     MOST,
     NEAR,
@@ -44,6 +47,7 @@ from .rows import (
     READY,
     RESOLUTION,
     ROUNDING,
+    SCALE,
     SIGMA,
     SLOPE,
     SLOPES,
@@ -52,6 +56,7 @@ from .rows import (
     STEP,
     TIGHTNESS,
     TRIAL,
+    UNTIL,
     D,
     N,
     P,
@@ -74,7 +79,10 @@ NOTHING, PIECE_DONE, CLOSE, TOO_MANY = 0.0, 1.0, 2.0, 3.0
 VACANT = -1
 
 # Steps to the instability, by the tangent of D**2, below which stiffness becomes the variable.
-AHEAD = 1.5
+AHEAD = 3.0
+# The same, over what is left of the piece, above which the film is taken to outlast it: the tangent is above the curve
+# where the load rises, and what it misses a step in time finds.
+WITHIN = 1.25
 # Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
 AT_REST = 1e-8
 RELAXATIONS = 40.0
@@ -182,8 +190,19 @@ def make_errors(first: int) -> Callable[..., Any]:
 @device
 def factor_of(relative):
     """Return the factor for the step length after an error this large over what is allowed."""
-    root = np.sqrt(np.sqrt(np.sqrt(np.float32(max(relative, 1e-12)))))
-    factor = SAFETY / float(root)
+    return factor_of_root(eighth_root(relative))
+
+
+@device
+def eighth_root(relative):
+    """Return the eighth root of an error over what is allowed, in single precision."""
+    return float(np.sqrt(np.sqrt(np.sqrt(np.float32(max(relative, 1e-12))))))
+
+
+@device
+def factor_of_root(root):
+    """Return the factor for the step length, from the eighth root of an error over what is allowed."""
+    factor = SAFETY / root
     return min(factor, LARGEST_FACTOR) if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
 
 
@@ -201,7 +220,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             r = w[BASE, i] + y
             flow = w[LAST, i]
             change = abs(y) + abs(length * w[SLOPES, i])
-            scale = min(abs(r), max(change, FLOOR * w[TIGHTNESS, i]))
+            scale = min(abs(r), max(change, max(w[SCALE, i], FLOOR * w[TIGHTNESS, i])))
             rough, fine = errors(w, i, length / scale)
             E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             rate = field_rate(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
@@ -221,7 +240,9 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
             # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
             x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * rate_of_x
-            share = v0 / (v0 - v1)
+            second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
+            root = np.sqrt(max(second * second - 3.0 * third * v0, 0.0))
+            share = -v0 / (second + (root if v0 < 0.0 else -root))  # where its slope is zero
             left = 1.0 - share
             between = left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
                 x * (3.0 - 2.0 * share) - v1 * left
@@ -231,8 +252,15 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
             accepted = good & (not missed) & (not extreme)
 
-            factor = factor_of(relative)
-            factor = factor if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
+            root = eighth_root(relative)
+            factor = factor_of_root(root)
+            # Where errors grow from step to step they go on doing so: predictive control (Gustafsson 1994).
+            predicted = factor * length * w[LAST_ROOT, i] / (w[LAST_LENGTH, i] * root)
+            predicted = max(min(factor, predicted), SMALLEST_FACTOR) if w[LAST_LENGTH, i] > 0.0 else factor
+            w[LAST_LENGTH, i] = length if accepted else w[LAST_LENGTH, i]
+            w[LAST_ROOT, i] = root if accepted else w[LAST_ROOT, i]
+            w[FIRST_STEP, i] = length if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
+            factor = predicted if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
             factor = 0.4 if missed else factor
             factor = share if extreme else factor
             proposed = length * factor
@@ -275,7 +303,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
 
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
             ahead = AHEAD * w[STEP, i] if settled else 4.0 * length
-            close = (w[Q, i] < 0.0) & (w[D, i] < w[BARRED, i]) & (distance < min(ahead, 2.0 * remaining))
+            close = (w[Q, i] < 0.0) & (w[D, i] < w[BARRED, i]) & (distance < min(ahead, WITHIN * remaining))
             w[COUNT, i] += 1.0
             spent = (w[COUNT, i] >= ATTEMPTS) | (not (length > 1e-15 * w[T, i]))
             met = PIECE_DONE if over else (CLOSE if close else (TOO_MANY if spent else NOTHING))
@@ -368,7 +396,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         """Begin a piece, and those of no duration before it, after the field E; the status of the passage."""
         w[T, i] = 0.0
         while True:
-            if w[PIECE, i] == kind.size and w[HELD, i] < 0.0:
+            if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
                 return ENDED
             set_piece(kind, scale, source, columns, cell, w, i)
             if w[START, i] != E and not jump(w, i, w[START, i]):
@@ -382,6 +410,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
             E = end
             w[PIECE, i] += 1.0
         w[BARRED, i] = math.inf
+        w[LAST_LENGTH, i] = 0.0
         look(w, i)
         if not w[STEP, i] > 0.0:
             w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
@@ -401,6 +430,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
                 return enter(kind, scale, source, columns, cell, w, i, E)
             w[T, i] = 0.0
             return JUMPED
+        w[LAST_LENGTH, i] = 0.0
         set_piece(kind, scale, source, columns, cell, w, i)
         look(w, i)
         return READY

@@ -7,6 +7,7 @@ ENDED = 2  # came to the end of the program
 FELL = 3  # at the instability
 JUMPED = 4  # met a jump to more than the film carries
 SPENT = 5  # its attempts are used up
+WAITING = 6  # for other passages of its cell
 
 # What is kept, one row each; a passage goes once through the pieces.
 PIECE = 0
@@ -28,24 +29,29 @@ HELD = 15  # field held without end after the last piece
 TIME_ERROR = 16  # estimated error of the time of failure
 RESOLUTION = 17  # relative error allowed in extremes of the unknown
 ROUNDING = 18  # variance of r by rounding so far, carried on like ERROR
-KEPT = 19
+UNTIL = 19  # piece before which the passage ends
+SCALE = 20  # least change of r to which errors are relative: that of the cycle before
+FIRST_STEP = 21  # first step accepted
+KEPT = 22
 
 # Of a lane: what follows from the above, and what it is given,
-NEW = 19
-TRIAL = 20
-D = 21  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
-N = 22
-Q = 23
-GROWTH = 24
-RATE_OF_X = 25
-BAD = 26  # a stage without equilibrium
-EVENT = 27
-P = 28
-SIGMA = 29
-START = 30  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
-SLOPE = 31
-AMPLITUDE = 32
-FREQUENCY = 33
-DURATION = 34
-NEW_X = 35
-SLOPES = 36  # dr/dT, one row a stage, the one at the new state last
+NEW = 22
+TRIAL = 23
+D = 24  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
+N = 25
+Q = 26
+GROWTH = 27
+RATE_OF_X = 28
+BAD = 29  # a stage without equilibrium
+EVENT = 30
+P = 31
+SIGMA = 32
+START = 33  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
+SLOPE = 34
+AMPLITUDE = 35
+FREQUENCY = 36
+DURATION = 37
+NEW_X = 38
+LAST_LENGTH = 39  # of the step accepted before, and the eighth root of its error over the one allowed
+LAST_ROOT = 40
+SLOPES = 41  # dr/dT, one row a stage, the one at the new state last

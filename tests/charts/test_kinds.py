@@ -172,7 +172,7 @@ def test_design(designed):
 
 
 def with_good(designed):
-    """Return a design with what its films bear for good, which comes first there."""
+    """Return a design with the indefinitely sustained voltages, which come first there."""
     good = designed.isel(holding_time=[-1]).assign_coords(holding_time=[np.inf])
     return xr.concat([good.assign(allowable_voltage=0.9 * good.allowable_voltage), designed], "holding_time")
 
@@ -187,7 +187,7 @@ def test_what_films_bear_for_good_is_at_the_right_edge(designed):
     assert marks[0].get_transform() == ax.get_yaxis_transform()
     low, high = ax.get_ylim()
     assert low < levels.min() < levels.max() < high
-    assert "for good" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "indefinitely" in [text.get_text() for text in ax.get_legend().get_texts()]
     only = with_good(designed).isel(holding_time=[0, 0])
     with pytest.raises(ValueError, match="a design chart needs two finite holding times or more; got 0"):
         charts.design_chart(only)

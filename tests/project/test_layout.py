@@ -48,7 +48,7 @@ KERNEL_RANKS = (
     {"sweep"},
     {"forms"},
     {"runge_kutta", "hold"},
-    {"rising", "loading"},
+    {"rising", "loading", "dead_load"},
     {"solvers"},
     {"build"},
     {"product"},

@@ -36,7 +36,8 @@ def test_name_and_parameters(name, parameters):
 
 
 def test_registry_holds_every_program_by_its_own_name():
-    assert set(PROGRAMS.values()) == set(Program.__subclasses__())
+    own = {program for program in Program.__subclasses__() if program.__module__ == Program.__module__}
+    assert set(PROGRAMS.values()) == own
     assert set(PROGRAMS) == {*BUILT_IN, "sequence", "waveform"}
     assert all(name == program.name for name, program in PROGRAMS.items())
 
@@ -98,10 +99,9 @@ def test_pieces_may_be_in_si_units():
         (lambda: Sequence([Jump("x"), Hold("x")]), "'x' is used both as a field and as a time"),
         (lambda: Sequence([Linear(math.inf, rate=1.0), Hold(1.0)]), "nothing can follow"),
         (
-            lambda: Sequence([Hold(1.0), Jump("x"), Hold(1.0)], repeat=True),
-            "must begin with a Jump, or end at the field 0",
+            lambda: Sequence([Sine("x", 1.0, 1.25)], repeat=2),
+            "must have a Jump or a Linear, or Sines of half and whole",
         ),
-        (lambda: Sequence([Sine("x", 1.0, 1.25)], repeat=2), "must begin with a Jump, or end at the field 0"),
         (lambda: Linear(1.0), "either rate or time; got neither"),
         (lambda: Linear(1.0, rate=1.0, time=1.0), "either rate or time; got both"),
         (lambda: Linear(1.0, rate=0.0), "rate of Linear must be finite and above 0; got 0.0"),

@@ -257,7 +257,7 @@ def test_work_is_bounded(m, rate):
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_a_spent_budget_is_no_verdict(monkeypatch, program):
+def test_a_spent_budget_is_unresolved(monkeypatch, program):
     monkeypatch.setattr(solve, "ATTEMPTS", 5)
     (found,) = solved(program, [(4.0, 1.2, 1e-3)], 1e-6, method="dop853", formulation="fold")
     assert found.pop("outcome") == UNRESOLVED
