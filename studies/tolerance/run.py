@@ -48,7 +48,7 @@ def main() -> None:
     found = general.measure([rtol for rtol in rtols if rtol > 0.9e-10], QUICK_STRIDE if options.quick else 1)
     found.to_netcdf(
         options.output / "loading.nc",
-        encoding={"error": {"zlib": True, "significant_digits": 2, "quantize_mode": "GranularBitRound"}},
+        encoding={"error": {"zlib": True}},
     )
     charts.general(found, options.output / "loading.png")
     print_general(found)
