@@ -2,8 +2,8 @@
 
     python studies/stability/run.py [--quick] [--output FOLDER]
 
-writes, in out/stability unless told where, fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints how
-often each verdict fell.
+writes, in out/stability unless told where, fixed_step, adaptive, scipy, drift and falling, each as .png and .nc, and
+prints how often each verdict fell.
 """
 
 import sys
@@ -14,6 +14,7 @@ sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import charts
 import drift
+import falling
 import laws
 import limits
 import numpy as np
@@ -61,7 +62,11 @@ def main() -> None:
     save(drifted, "drift", options.output)
     charts.drifts(drifted, options.output / "drift.png")
 
-    for data in (fixed, adaptive, foreign):
+    fallen = falling.measure(*(4, 3) if quick else (30, 19))
+    save(fallen, "falling", options.output)
+    charts.falls(fallen, [label for label, _, _ in falling.SCENES.values()], options.output / "falling.png")
+
+    for data in (fixed, adaptive, foreign, fallen):
         print_shares(data)
     laws.print_fold(fixed, theory)
     for data in (adaptive, foreign):
