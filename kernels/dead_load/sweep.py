@@ -35,6 +35,7 @@ from .film import (
     equilibrium_d,
     failure,
     first_d,
+    quick_failure,
     stable_side,
 )
 
@@ -62,16 +63,65 @@ def make_classify(program: Program) -> Callable[..., Any]:
     return classify
 
 
+# Rows of what is given to the holds of a block.
+P, SIGMA, AT, LOAD, ABOVE, BELOW, AT_FIRST, START, SHARE, FIRST, INVERSE, END, LAST = range(13)
+GIVEN = 13
+
+
 @device
-def prepare_hold(w, i, film, cell, p, sigma, first, a):
-    """Set a lane to a hold from w - w_t = ``first`` at r = 1/a."""
-    gap = film[GAP_T, cell]
-    # Where the field is between those at which a relaxed film and one at first fail, from 0 to 1.
-    field = np.sqrt(film[LOAD_T, cell] + gap) / np.sqrt(film[LOAD_T, cell])
-    whole = film[FIELD_I, cell] / film[FIELD_T, cell] - 1.0
-    share = min(max((field - 1.0) / whole, 0.0), 1.0)
-    end, last = failure(p, film[W_T, cell], sigma, film[LOAD_T, cell] + gap, gap, a, first, share)
-    hold.prepare(w, i, p, sigma, film[W_T, cell], gap, first, end, last)
+def give(given, i, film, cell, field, p, start, sigma):
+    """Fill in a column of ``given``, (GIVEN, lanes), but for the states with which the hold begins and ends."""
+    given[P, i] = p
+    given[SIGMA, i] = sigma
+    given[AT, i] = film[W_T, cell]
+    given[LOAD, i] = film[LOAD_T, cell] + film[GAP_T, cell]
+    given[ABOVE, i] = film[GAP_T, cell]
+    given[BELOW, i] = film[GAP_I, cell]
+    given[AT_FIRST, i] = film[W_I, cell]
+    given[START, i] = start
+    whole = film[FIELD_I, cell] - film[FIELD_T, cell]
+    given[SHARE, i] = min(max((field - film[FIELD_T, cell]) / whole, 0.0), 1.0)
+
+
+@device
+def prepare_holds(w, given):
+    """Set the lanes to holds from ``given``: FIRST, w - w_t at the start, where 1/r is INVERSE."""
+    lanes = w.shape[1]
+    for i in range(lanes):
+        given[END, i], given[LAST, i] = quick_failure(
+            given[P, i],
+            given[AT, i],
+            given[SIGMA, i],
+            given[LOAD, i],
+            given[ABOVE, i],
+            given[INVERSE, i],
+            given[FIRST, i],
+            given[SHARE, i],
+        )
+    for i in range(lanes):
+        if math.isnan(given[END, i]):
+            given[END, i], given[LAST, i] = failure(
+                given[P, i],
+                given[AT, i],
+                given[SIGMA, i],
+                given[LOAD, i],
+                given[ABOVE, i],
+                given[INVERSE, i],
+                given[FIRST, i],
+                given[SHARE, i],
+            )
+    for i in range(lanes):
+        hold.prepare(
+            w,
+            i,
+            given[P, i],
+            given[SIGMA, i],
+            given[AT, i],
+            given[ABOVE, i],
+            given[FIRST, i],
+            given[END, i],
+            given[LAST, i],
+        )
 
 
 @device
@@ -94,6 +144,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
     @device
     def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         w = np.ones((hold.HOLD_ROWS, lanes))
+        given = np.empty((GIVEN, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, RUNNING, cells)
@@ -101,11 +152,15 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
-                first, _ = first_d(p, start[cell], film[W_T, cell], sigma[cell], film[W_I, cell], film[GAP_I, cell])
-                a = 1.0 / (start[cell] * start[cell])
-                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
+                give(given, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 w[quadrature.BEFORE, i] = 0.0
                 rule[i] = quadrature.first_rule(p, tolerance)
+            for i in range(lanes):
+                given[INVERSE, i] = 1.0 / (given[START, i] * given[START, i])
+                given[FIRST, i], _ = first_d(
+                    given[P, i], given[START, i], given[AT, i], given[SIGMA, i], given[AT_FIRST, i], given[BELOW, i]
+                )
+            prepare_holds(w, given)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
@@ -161,6 +216,7 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
         reached = np.empty((climb.REACHED, status.size))
         rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
         w = np.ones((hold.HOLD_ROWS, lanes))
+        given = np.empty((GIVEN, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, AT_END, cells)
@@ -168,12 +224,14 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
+                give(given, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 a = 1.0 / reached[climb.REACHED_R, cell]
                 guess = reached[climb.REACHED_D, cell]
-                first = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
-                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
+                given[INVERSE, i] = a
+                given[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
                 rule[i] = quadrature.first_rule(p, tolerance)
+            prepare_holds(w, given)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
@@ -195,8 +253,9 @@ def make_sweep(program: Program, lanes: int = LANES) -> Kernel:
 
     def sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         film = np.empty((FILM, field.size))
-        for cell in range(field.size):
+        for cell in range(field.size):  # apart from the next loop, which does not vectorise
             describe(film, cell, field[cell], modulus_ratio[cell] - 1.0, start[cell], sigma[cell])
+        for cell in range(field.size):
             status[cell] = classify(film, cell, modulus_ratio[cell])
         for row in range(RESULTS):
             for cell in range(field.size):
