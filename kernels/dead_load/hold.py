@@ -150,7 +150,7 @@ def prepare(w, i, p, sigma, w_t, gap_t, first, a, last):
     real, across, slope_x, slope_y, step = poles(gap_t, w_t, sigma)
     square = across * across
     length = first - last
-    outside = max(last - real, real - first, 0.0)
+    outside = max(max(last - real, real - first), 0.0)
     near = (length * length >= _SHORT * (square + outside * outside)) & (step <= _POLE_FOUND * across)
     near = near & (w_t + real > 0.0)
     across = across if near else 1.0

@@ -63,64 +63,78 @@ def make_classify(program: Program) -> Callable[..., Any]:
     return classify
 
 
-# Rows of what is given to the holds of a block.
-P, SIGMA, AT, LOAD, ABOVE, BELOW, AT_FIRST, START, SHARE, FIRST, INVERSE, END, LAST = range(13)
-GIVEN = 13
+# Rows of the block of holds, beside those of `hold.py`: of one array, whose rows the compiler knows not to overlap.
+(
+    RELAXES,  # p
+    DEAD_LOAD,
+    AT,  # w_t
+    LOAD,
+    ABOVE,  # e - e_t and e_i - e
+    BELOW,
+    AT_FIRST,  # w_i
+    START,
+    SHARE,
+    FIRST,  # w - w_t and 1/r with which the hold begins, and at its end
+    INVERSE,
+    LAST,
+    END,
+) = range(hold.HOLD_ROWS, hold.HOLD_ROWS + 13)
+BLOCK = hold.HOLD_ROWS + 13
 
 
 @device
-def give(given, i, film, cell, field, p, start, sigma):
-    """Fill in a column of ``given``, (GIVEN, lanes), but for the states with which the hold begins and ends."""
-    given[P, i] = p
-    given[SIGMA, i] = sigma
-    given[AT, i] = film[W_T, cell]
-    given[LOAD, i] = film[LOAD_T, cell] + film[GAP_T, cell]
-    given[ABOVE, i] = film[GAP_T, cell]
-    given[BELOW, i] = film[GAP_I, cell]
-    given[AT_FIRST, i] = film[W_I, cell]
-    given[START, i] = start
+def give(w, i, film, cell, field, p, start, sigma):
+    """Fill in a lane, but for the states with which the hold begins and ends."""
+    w[RELAXES, i] = p
+    w[DEAD_LOAD, i] = sigma
+    w[AT, i] = film[W_T, cell]
+    w[LOAD, i] = film[LOAD_T, cell] + film[GAP_T, cell]
+    w[ABOVE, i] = film[GAP_T, cell]
+    w[BELOW, i] = film[GAP_I, cell]
+    w[AT_FIRST, i] = film[W_I, cell]
+    w[START, i] = start
     whole = film[FIELD_I, cell] - film[FIELD_T, cell]
-    given[SHARE, i] = min(max((field - film[FIELD_T, cell]) / whole, 0.0), 1.0)
+    w[SHARE, i] = min(max((field - film[FIELD_T, cell]) / whole, 0.0), 1.0)
 
 
 @device
-def prepare_holds(w, given):
-    """Set the lanes to holds from ``given``: FIRST, w - w_t at the start, where 1/r is INVERSE."""
+def prepare_holds(w):
+    """Complete the lanes, whose holds begin at FIRST and INVERSE."""
     lanes = w.shape[1]
     for i in range(lanes):
-        given[END, i], given[LAST, i] = quick_failure(
-            given[P, i],
-            given[AT, i],
-            given[SIGMA, i],
-            given[LOAD, i],
-            given[ABOVE, i],
-            given[INVERSE, i],
-            given[FIRST, i],
-            given[SHARE, i],
+        w[END, i], w[LAST, i] = quick_failure(
+            w[RELAXES, i],
+            w[AT, i],
+            w[DEAD_LOAD, i],
+            w[LOAD, i],
+            w[ABOVE, i],
+            w[INVERSE, i],
+            w[FIRST, i],
+            w[SHARE, i],
         )
     for i in range(lanes):
-        if math.isnan(given[END, i]):
-            given[END, i], given[LAST, i] = failure(
-                given[P, i],
-                given[AT, i],
-                given[SIGMA, i],
-                given[LOAD, i],
-                given[ABOVE, i],
-                given[INVERSE, i],
-                given[FIRST, i],
-                given[SHARE, i],
+        if math.isnan(w[END, i]):
+            w[END, i], w[LAST, i] = failure(
+                w[RELAXES, i],
+                w[AT, i],
+                w[DEAD_LOAD, i],
+                w[LOAD, i],
+                w[ABOVE, i],
+                w[INVERSE, i],
+                w[FIRST, i],
+                w[SHARE, i],
             )
     for i in range(lanes):
         hold.prepare(
             w,
             i,
-            given[P, i],
-            given[SIGMA, i],
-            given[AT, i],
-            given[ABOVE, i],
-            given[FIRST, i],
-            given[END, i],
-            given[LAST, i],
+            w[RELAXES, i],
+            w[DEAD_LOAD, i],
+            w[AT, i],
+            w[ABOVE, i],
+            w[FIRST, i],
+            w[END, i],
+            w[LAST, i],
         )
 
 
@@ -143,8 +157,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
 
     @device
     def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
-        w = np.ones((hold.HOLD_ROWS, lanes))
-        given = np.empty((GIVEN, lanes))
+        w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, RUNNING, cells)
@@ -152,15 +165,15 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
-                give(given, i, film, cell, field[cell], p, start[cell], sigma[cell])
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 w[quadrature.BEFORE, i] = 0.0
                 rule[i] = quadrature.first_rule(p, tolerance)
             for i in range(lanes):
-                given[INVERSE, i] = 1.0 / (given[START, i] * given[START, i])
-                given[FIRST, i], _ = first_d(
-                    given[P, i], given[START, i], given[AT, i], given[SIGMA, i], given[AT_FIRST, i], given[BELOW, i]
+                w[INVERSE, i] = 1.0 / (w[START, i] * w[START, i])
+                w[FIRST, i], _ = first_d(
+                    w[RELAXES, i], w[START, i], w[AT, i], w[DEAD_LOAD, i], w[AT_FIRST, i], w[BELOW, i]
                 )
-            prepare_holds(w, given)
+            prepare_holds(w)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
@@ -215,8 +228,7 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
     def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         reached = np.empty((climb.REACHED, status.size))
         rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
-        w = np.ones((hold.HOLD_ROWS, lanes))
-        given = np.empty((GIVEN, lanes))
+        w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, AT_END, cells)
@@ -224,14 +236,14 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
-                give(given, i, film, cell, field[cell], p, start[cell], sigma[cell])
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 a = 1.0 / reached[climb.REACHED_R, cell]
                 guess = reached[climb.REACHED_D, cell]
-                given[INVERSE, i] = a
-                given[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
+                w[INVERSE, i] = a
+                w[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
                 rule[i] = quadrature.first_rule(p, tolerance)
-            prepare_holds(w, given)
+            prepare_holds(w)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
