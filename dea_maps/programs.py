@@ -29,6 +29,8 @@ class Program:
     ----------
     name : str
         Its name in files and specifications.
+    words : str
+        What it is, for the title of a chart: "film under ...".
     pieces : tuple of Piece
         What the field does, piece after piece.
     repeat : bool or int
@@ -42,6 +44,7 @@ class Program:
     """
 
     name: str
+    words: str = "a loading program"
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
@@ -141,6 +144,7 @@ class Step(Program):
     """
 
     name = "step"
+    words = "a step to a held field"
     pieces = (Jump("field"),)
 
 
@@ -155,6 +159,7 @@ class Ramp(Program):
     """
 
     name = "ramp"
+    words = "a ramp of the field without end"
     pieces = (Linear(math.inf, rate="rate"),)
 
 
@@ -169,6 +174,7 @@ class RampHold(Program):
     """
 
     name = "ramp_hold"
+    words = "a ramp to a held field"
     pieces = (Linear("field", rate="rate"),)
 
 
@@ -183,6 +189,7 @@ class Pulse(Program):
     """
 
     name = "pulse"
+    words = "one pulse of the field"
     pieces = (Jump("field"), Hold("width"), Jump(0.0))
 
 
@@ -197,6 +204,7 @@ class Trapezoid(Program):
     """
 
     name = "trapezoid"
+    words = "a ramp, a hold and a fall of the field"
     pieces = (Linear("field", rate="rate"), Hold("hold_time"), Linear(0.0, rate="fall_rate"))
 
 
@@ -211,6 +219,7 @@ class Overdrive(Program):
     """
 
     name = "overdrive"
+    words = "an overdrive, then a held field"
     pieces = (Jump("overdrive_field"), Hold("overdrive_time"), Jump("field"))
 
 
@@ -225,6 +234,7 @@ class PulseTrain(Program):
     """
 
     name = "pulse_train"
+    words = "repeated pulses of the field"
     pieces = (Jump("field"), Hold(Share("duty", "period")), Jump(0.0), Hold(Share("duty", "period", rest=True)))
     repeat = True
 
@@ -240,6 +250,7 @@ class TriangleTrain(Program):
     """
 
     name = "triangle_train"
+    words = "repeated triangles of the field"
     pieces = (Linear("field", time=Share(0.5, "period")), Linear(0.0, time=Share(0.5, "period")))
     repeat = True
 
@@ -257,6 +268,7 @@ class BiasedSine(Program):
     """
 
     name = "biased_sine"
+    words = "a sine about a bias"
     pieces = (Jump("bias"), Sine("amplitude", "period"))
     repeat = True
 
@@ -290,6 +302,7 @@ class Sequence(Program):
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     name = "sequence"
+    words = "a sequence of pieces"
 
     def __post_init__(self) -> None:
         """Check the pieces together, and find the parameters."""
@@ -346,6 +359,7 @@ class Waveform(Program):
     values: "npt.NDArray[np.float64]"
     repeat: bool = False
     name = "waveform"
+    words = "a measured waveform"
     kinds = MappingProxyType({"field": "field"})
     parameters = ("field",)
 

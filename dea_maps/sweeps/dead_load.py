@@ -78,7 +78,18 @@ def relaxed_threshold(stress: Array) -> Array:
     [1.0, 0.2838]
     """
     one = np.ones_like(stress)
-    return np.sqrt(largest_load(one, one, stress) / _CRITICAL_LOAD)
+    return instant_threshold(one, one, stress)
+
+
+def instant_threshold(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the largest field, normalised by ``Ec``, that a film sustains while its dashpot does not move.
+
+    Examples
+    --------
+    >>> instant_threshold(np.array([1.0, 2.0]), np.array([4.0, 4.0]), load_of(np.array([1.0, 2.0]))).round(4).tolist()
+    [2.0, 0.5111]
+    """
+    return np.sqrt(largest_load(internal_stretch, modulus_ratio, stress) / _CRITICAL_LOAD)
 
 
 def margin(field: Array, internal_stretch: Array, given: Mapping[str, Array]) -> Array:

@@ -61,7 +61,7 @@ def _measure(solver: Solver, scene: Scene, accuracy: float, largest: int) -> tup
 
 
 def solvers(scene: Scene, quick: bool) -> Iterator[Solver]:
-    """Yield the solvers of a scene: ours, then, for the programs that others were given, theirs."""
+    """Yield the solvers of a scene: those of dea_maps, then, for the programs that others serve, the others."""
     yield from ours(scene.program, quick)
     if scene.program != "ramp_hold":
         yield from others(scene.program, quick)
