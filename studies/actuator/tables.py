@@ -83,7 +83,7 @@ def haste(material: dm.Material) -> None:
             ready, fields, decision.allowable(material, ready), decision.lifetime(material, fields), strict=True
         )
     ]  # fmt: skip
-    heads = ["reached within", "needs", "allowable for as long", "margin", "film lost after"]
+    heads = ["reached within", "needs", "allowable for as long", "margin", "fails after"]
     table(f"{per_cent(decision.STRAIN)} of area strain, 100 um", heads, rows)
 
 
