@@ -30,7 +30,7 @@ class Program:
     name : str
         Its name in files and specifications.
     words : str
-        What it is, for the title of a chart: "film under ...".
+        What it is, for the titles of charts.
     pieces : tuple of Piece
         What the field does, piece after piece.
     repeat : bool or int
@@ -44,7 +44,7 @@ class Program:
     """
 
     name: str
-    words: str = "a loading program"
+    words: str = "loading program"
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
@@ -144,7 +144,7 @@ class Step(Program):
     """
 
     name = "step"
-    words = "a step to a held field"
+    words = "step to a held field"
     pieces = (Jump("field"),)
 
 
@@ -159,7 +159,7 @@ class Ramp(Program):
     """
 
     name = "ramp"
-    words = "a ramp of the field without end"
+    words = "ramp of the field without end"
     pieces = (Linear(math.inf, rate="rate"),)
 
 
@@ -174,7 +174,7 @@ class RampHold(Program):
     """
 
     name = "ramp_hold"
-    words = "a ramp to a held field"
+    words = "ramp to a held field"
     pieces = (Linear("field", rate="rate"),)
 
 
@@ -204,7 +204,7 @@ class Trapezoid(Program):
     """
 
     name = "trapezoid"
-    words = "a ramp, a hold and a fall of the field"
+    words = "ramp, a hold and a fall of the field"
     pieces = (Linear("field", rate="rate"), Hold("hold_time"), Linear(0.0, rate="fall_rate"))
 
 
@@ -219,7 +219,7 @@ class Overdrive(Program):
     """
 
     name = "overdrive"
-    words = "an overdrive, then a held field"
+    words = "overdrive, then a held field"
     pieces = (Jump("overdrive_field"), Hold("overdrive_time"), Jump("field"))
 
 
@@ -268,7 +268,7 @@ class BiasedSine(Program):
     """
 
     name = "biased_sine"
-    words = "a sine about a bias"
+    words = "sine about a bias"
     pieces = (Jump("bias"), Sine("amplitude", "period"))
     repeat = True
 
@@ -302,7 +302,7 @@ class Sequence(Program):
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     name = "sequence"
-    words = "a sequence of pieces"
+    words = "sequence of pieces"
 
     def __post_init__(self) -> None:
         """Check the pieces together, and find the parameters."""
@@ -359,7 +359,7 @@ class Waveform(Program):
     values: "npt.NDArray[np.float64]"
     repeat: bool = False
     name = "waveform"
-    words = "a measured waveform"
+    words = "measured waveform"
     kinds = MappingProxyType({"field": "field"})
     parameters = ("field",)
 

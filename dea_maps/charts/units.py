@@ -150,7 +150,7 @@ def title_of(ds: xr.Dataset, units: str) -> list[str]:
         film = [chart_text(ds.attrs["material"])] if ds.attrs.get("material") else []
         film.append(f"{float(ds.attrs['thickness_in_m']) * 1e6:.4g} µm")
     named = PROGRAMS.get(str(ds.attrs.get("program", "")))
-    program = [] if named is None else [f"film under {named.words}"]
+    program = [] if named is None else [named.words]
     if units == "si":
         program = [words.replace("field", "voltage") for words in program]
     return [*program, *fixed, *film]

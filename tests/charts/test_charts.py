@@ -112,7 +112,7 @@ def test_axes_say_what_they_show(step_map):
     ax = phase_diagram(step_map)
     assert ax.get_xlabel() == "field $E/E_c$"
     assert ax.get_ylabel() == r"modulus ratio $\mu_U/\mu_R$"
-    assert ax.get_title(loc="left").replace("\n", " ") == "film under a step to a held field"
+    assert ax.get_title(loc="left").replace("\n", " ") == "step to a held field"
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "linear")
     assert ax.get_xlim() == (0.8, 2.6)
     (bar,) = [other for other in ax.figure.axes if other is not ax]
@@ -124,7 +124,7 @@ def test_log_spaced_parameters_get_log_axes(cube):
     ax = phase_diagram(cube.isel(modulus_ratio=1))
     assert (ax.get_xscale(), ax.get_yscale()) == ("linear", "log")
     title = ax.get_title(loc="left").replace("\n", " ")
-    assert title == r"film under a ramp to a held field, $\mu_U/\mu_R$ = 3.85"
+    assert title == r"ramp to a held field, $\mu_U/\mu_R$ = 3.85"
 
 
 def test_times_have_their_colours(step_map):
@@ -208,7 +208,7 @@ def test_one_dimension_gives_two_curves():
     assert upper.get_yscale() == "log"
     assert lower.get_ylabel() == r"critical stretch $\lambda$"
     assert lower.get_xlabel() == "field $E/E_c$"
-    assert upper.get_title(loc="left") == r"film under a step to a held field, $\mu_U/\mu_R$ = 4"
+    assert upper.get_title(loc="left") == r"step to a held field, $\mu_U/\mu_R$ = 4"
     np.testing.assert_array_equal(lower.lines[0].get_ydata(), ds.critical_stretch)
     np.testing.assert_array_equal(upper.lines[0].get_ydata(), ds.time_to_failure.where(ds.outcome == 1))
     assert {text.get_text() for text in upper.texts} == {"survives", "fails at once"}

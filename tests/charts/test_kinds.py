@@ -20,10 +20,10 @@ def test_volts_and_seconds(step):
     ax = charts.phase_diagram(physical(step))
     assert (ax.get_xlabel(), ax.figure.axes[1].get_ylabel()) == ("voltage (kV)", "time to failure (s)")
     assert {"100 s", "1000 s"} <= {text.get_text() for text in ax.texts}
-    assert ax.get_title(loc="left").replace("\n", " ") == "film under a step to a held voltage, VHB, 100 µm"
+    assert ax.get_title(loc="left").replace("\n", " ") == "step to a held voltage, VHB, 100 µm"
     plain = charts.phase_diagram(physical(step), units="tau")
     assert plain.get_xlabel() == "field $E/E_c$"
-    assert plain.get_title(loc="left").replace("\n", " ") == "film under a step to a held field"
+    assert plain.get_title(loc="left").replace("\n", " ") == "step to a held field"
     thin = dm.physical(step, dm.VHB, 10e-6)
     assert charts.phase_diagram(thin).get_xlabel() == "voltage (V)"
 
@@ -220,20 +220,6 @@ def test_long_names_of_films_are_in_the_legend(designed):
     assert shown == [name.replace("um", "µm") for name in names[:3]]
     assert ax.get_window_extent().width > 0.7 * ax.figure.bbox.width
     assert ax.get_window_extent().height > 0.4 * ax.figure.bbox.height
-
-
-@pytest.fixture(scope="module")
-def pulses():
-    """Films under repeated pulses."""
-    fields, duties = np.linspace(0.9, 2.1, 13), np.array([0.2, 0.35, 0.5, 0.8])
-    return dm.sweep(dm.PulseTrain(), field=fields, period=1.0, duty=duties, modulus_ratio=4.0)
-
-
-@pytest.fixture(scope="module")
-def cycled():
-    """A film in the first three cycles and in a late one."""
-    times = np.concatenate([np.linspace(0.0, 3.0, 121), np.linspace(60.0, 61.0, 41)])
-    return dm.trajectory(dm.TriangleTrain(), time=times, field=1.4, period=1.0, modulus_ratio=4.0)
 
 
 def test_the_boundary_of_repeated_pulses_is_that_of_allowable(pulses):
