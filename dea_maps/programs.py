@@ -34,6 +34,8 @@ class Program:
     ----------
     name : str
         Its name in files and specifications.
+    words : str
+        What it is, for the titles of charts.
     pieces : tuple of Piece
         What the field does, piece after piece.
     repeat : bool or int
@@ -47,6 +49,7 @@ class Program:
     """
 
     name: str
+    words: str = "loading program"
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
@@ -150,6 +153,7 @@ class Step(Program):
     """
 
     name = "step"
+    words = "step to a held field"
     pieces = (Jump("field"),)
 
 
@@ -164,6 +168,7 @@ class Ramp(Program):
     """
 
     name = "ramp"
+    words = "ramp of the field without end"
     pieces = (Linear(math.inf, rate="rate"),)
 
 
@@ -178,6 +183,7 @@ class RampHold(Program):
     """
 
     name = "ramp_hold"
+    words = "ramp to a held field"
     pieces = (Linear("field", rate="rate"),)
 
 
@@ -192,6 +198,7 @@ class Pulse(Program):
     """
 
     name = "pulse"
+    words = "one pulse of the field"
     pieces = (Jump("field"), Hold("width"), Jump(0.0))
 
 
@@ -206,6 +213,7 @@ class Trapezoid(Program):
     """
 
     name = "trapezoid"
+    words = "ramp, a hold and a fall of the field"
     pieces = (Linear("field", rate="rate"), Hold("hold_time"), Linear(0.0, rate="fall_rate"))
 
 
@@ -220,6 +228,7 @@ class Overdrive(Program):
     """
 
     name = "overdrive"
+    words = "overdrive, then a held field"
     pieces = (Jump("overdrive_field"), Hold("overdrive_time"), Jump("field"))
 
 
@@ -234,6 +243,7 @@ class PulseTrain(Program):
     """
 
     name = "pulse_train"
+    words = "repeated pulses of the field"
     pieces = (Jump("field"), Hold(Share("duty", "period")), Jump(0.0), Hold(Share("duty", "period", rest=True)))
     repeat = True
 
@@ -249,6 +259,7 @@ class TriangleTrain(Program):
     """
 
     name = "triangle_train"
+    words = "repeated triangles of the field"
     pieces = (Linear("field", time=Share(0.5, "period")), Linear(0.0, time=Share(0.5, "period")))
     repeat = True
 
@@ -266,6 +277,7 @@ class BiasedSine(Program):
     """
 
     name = "biased_sine"
+    words = "sine about a bias"
     pieces = (Jump("bias"), Sine("amplitude", "period"))
     repeat = True
 
@@ -299,6 +311,7 @@ class Sequence(Program):
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     name = "sequence"
+    words = "sequence of pieces"
 
     def __post_init__(self) -> None:
         """Check the pieces together, and find the parameters."""
@@ -355,6 +368,7 @@ class Waveform(Program):
     values: "npt.NDArray[np.float64]"
     repeat: bool = False
     name = "waveform"
+    words = "measured waveform"
     kinds = MappingProxyType({"field": "field"})
     parameters = ("field",)
 

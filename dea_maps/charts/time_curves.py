@@ -104,7 +104,7 @@ def trajectories(
             ended.add(how)
         values = [float(parameter.values.isel(film, missing_dims="ignore")) for parameter in parameters]
         label = ", ".join(f"{value:.4g}" for value in values)
-        (line,) = ax.plot(x, curve, label=label, **curve_style(ax, number, len(films)))
+        (line,) = ax.plot(x, curve, label=label, **curve_style(ax, number, len(films), ds.sizes["time"]))
         if len(films) > 1:
             handles.append(line)
     handles += [Line2D([], [], label=how, **_mark(ax, how)) for how in _ENDS if how in ended]

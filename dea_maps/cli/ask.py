@@ -21,6 +21,7 @@ from ..pieces import Hold, Jump, Linear, Piece
 from ..plausibility import ImplausibleWarning
 from ..programs import Sequence
 from ..runs.maps import sweep
+from ..sweeps.dead_load import film_of, largest_load
 from ..toml_tables import unknown
 from .quantities import at_most, volts_in_words
 
@@ -153,11 +154,11 @@ def answer(question: Question) -> dict[str, Any]:
         strain = found.get("largest_area_strain")
         far = "" if strain is None else f", with an area strain of at most {100.0 * strain:.3g} %"
         found["answer"] = f"Of a voltage {question.loading_in_words()}, {film} sustains at most {largest}{far}."
-        indefinitely = _sustained(question)
-        found["margin"] = f"It sustains {volts_in_words(at_most(indefinitely))} indefinitely" + (
-            "." if question.hold is None else f": {_per_cent(indefinitely, most)}."
-        )
-        found["voltage_sustained_indefinitely"] = indefinitely
+        indefinitely, at_once = _ends(question)
+        found |= {"voltage_sustained_indefinitely": indefinitely, "voltage_of_failure_at_once": at_once}
+        less = f", {_per_cent(indefinitely, most)}" if question.hold is not None and np.isfinite(most) else ""
+        found["margin"] = f"It sustains {volts_in_words(at_most(indefinitely))} indefinitely{less}, and fails at once "
+        found["margin"] += f"under a sudden voltage of {volts_in_words(at_once)}."
     else:
         assert cell is not None
         how = f"Under {volts_in_words(question.voltage)}, {question.loading_in_words()}, {film}"
@@ -221,9 +222,15 @@ def _first_limits(question: Question, volts: Any) -> Any:
     return sweep(question.program, voltage=volts, **_asked(question))["first_limit"].values
 
 
-def _sustained(question: Question) -> float:
-    """Return the largest voltage that the film sustains without end."""
-    return _largest_voltage(Question(question.film, prestretch=question.prestretch))[0]
+def _ends(question: Question) -> tuple[float, float]:
+    """Return the largest voltage that the film sustains without end, and that of failure at once."""
+    held = Question(question.film, prestretch=question.prestretch)
+    most = _largest_voltage(held)[0]
+    start = 1.0 if question.prestretch is None else question.prestretch
+    cells = {"modulus_ratio": np.array(question.film.material.modulus_ratio), "prestretch": np.array(start)}
+    ratio, start_stretch, load = film_of(cells)
+    carried = float(largest_load(start_stretch, ratio, load) / largest_load(np.ones(1), np.ones(1), np.zeros(1))[0])
+    return most, carried**0.5 * one_in_si(*question.film)["field"]
 
 
 _REPORTED = (

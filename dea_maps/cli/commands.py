@@ -33,32 +33,42 @@ def _checking_input() -> Iterator[None]:
 
 
 def sweep(arguments: argparse.Namespace) -> None:
-    """Solve a specification into a file."""
+    """Solve a specification into a file, or into one for every film."""
     from ..files.netcdf import open_map
     from ..files.to_netcdf import planned_file, write
     from ..materials.scales import scales_of
-    from .specification import read_specification
+    from .specification import read_specifications
     from .summary import describe_plan, one_line
 
     storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
     with _checking_input():
-        spec = read_specification(arguments.specification)
+        specs = read_specifications(arguments.specification)
         if arguments.variables is not None:
             storing["variables"] = arguments.variables.split(",")
         _check_other(arguments.output, arguments.specification, "the specification")
         if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
             raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
-        plan = planned_file(arguments.output, spec.request(arguments.quick), **storing)
+        paths = _numbered(arguments.output, len(specs))
+        requests = [spec.request(arguments.quick) for spec in specs]
+        plans = [planned_file(path, request, **storing) for path, request in zip(paths, requests, strict=True)]
     if arguments.dry_run:
-        say(describe_plan(plan, arguments.fresh))
+        say("\n\n".join(describe_plan(plan, arguments.fresh) for plan in plans))
         return
-    if plan.film is not None and not arguments.quiet:
-        say(str(scales_of(plan.hollow())))
-    progress = sys.stderr.isatty() and not arguments.quiet
-    write(plan, arguments.fresh, progress)
-    if not arguments.quiet:
-        with open_map(arguments.output) as ds:
-            say(f"{arguments.output}: {one_line(ds)}")
+    for path, plan in zip(paths, plans, strict=True):
+        if plan.film is not None and not arguments.quiet:
+            say(str(scales_of(plan.hollow())))
+        write(plan, arguments.fresh, progress=sys.stderr.isatty() and not arguments.quiet)
+        if not arguments.quiet:
+            with open_map(path) as ds:
+                say(f"{path}: {one_line(ds)}")
+
+
+def _numbered(output: str, number: int) -> list[str]:
+    """Return the files of several films, ``map_1.nc`` and so on; of one, the file itself."""
+    if number == 1:
+        return [output]
+    stem, suffix = os.path.splitext(output)
+    return [f"{stem}_{film}{suffix}" for film in range(1, number + 1)]
 
 
 def _check_other(output: str, read: str, what: str) -> None:

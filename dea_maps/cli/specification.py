@@ -57,19 +57,35 @@ class Specification:
 
 
 def read_specification(path: PathLike) -> Specification:
-    r"""Read a specification and check its tables, keys and types.
+    """Read the specification of one film, or of none, see `read_specifications`.
+
+    Raises
+    ------
+    OSError, ValueError, MemoryError
+        As there, and if it has several films.
+    """
+    first, *others = read_specifications(path)
+    if others:
+        raise ValueError(f"{path}: [material] must be of one film; got {1 + len(others)} films")
+    return first
+
+
+def read_specifications(path: PathLike) -> list[Specification]:
+    r"""Read a specification and check its tables, keys and types, once for every film.
 
     Parameters
     ----------
     path : str or path-like
         A TOML file with the tables ``[program]``, ``[grid]`` and, optionally, ``[accuracy]`` and ``[material]``, see
-        `dea_maps.read_material`, with the ``thickness`` of the film in m. With a material, ``[grid]`` may have
+        `dea_maps.read_material`, with the ``thickness`` of the film in m; there may be several ``[[material]]``, and
+        each thickness may be a list or a range. With a material, ``[grid]`` may have
         ``voltage`` (V) and ``voltage_rate`` (V/s) instead of field and rate, and the modulus ratio may be left out.
         Its ``breakdown_strength`` is a limit on the true field of every film, see `dea_maps.breakdown`.
 
     Returns
     -------
-    Specification
+    list of Specification
+        One for each film, or a single one without any.
 
     Raises
     ------
@@ -88,12 +104,12 @@ def read_specification(path: PathLike) -> Specification:
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder, "step.toml")
     ...     _ = file.write_text('[program]\nname = "step"\n[grid]\nfield = [0.9, 1.1]\nmodulus_ratio = 4')
-    ...     read_specification(file).parameters
+    ...     read_specifications(file)[0].parameters
     {'field': [0.9, 1.1], 'modulus_ratio': 4}
     """
     document = read_toml(path)
     try:
-        return _specification(document, Path(path).parent)
+        return _specifications(document, Path(path).parent)
     except (MemoryError, TypeError, ValueError) as error:
         raise type(error)(f"{path}: {error}") from None
 
@@ -113,10 +129,11 @@ def thinned(parameters: Mapping[str, Any], most: int = 10) -> dict[str, Any]:
     return fewer
 
 
-def _specification(document: Mapping[str, Any], folder: Path) -> Specification:
+def _specifications(document: Mapping[str, Any], folder: Path) -> list[Specification]:
+    # By hand: a schema library would name neither the table as the user wrote it nor the name that is nearest.
     check_keys("the file", document, ("program", "grid"), ("accuracy", "material"), noun="table")
     for name, table in document.items():
-        if not isinstance(table, dict):
+        if not isinstance(table, dict) and not (name == "material" and isinstance(table, list)):
             raise ValueError(f"{name} must be a table, [{name}]; got {brief(table)}")
     accuracy = document.get("accuracy", {})
     check_keys("[accuracy]", accuracy, (), ("rtol", "method", "formulation", "step"))
@@ -127,7 +144,14 @@ def _specification(document: Mapping[str, Any], folder: Path) -> Specification:
             check_number(f"accuracy.{key}", value)
         elif not isinstance(value, str):
             raise ValueError(f"accuracy.{key} must be a string; got {brief(value)}")
-    film = _film(document["material"]) if "material" in document else None
+    films = _films(document["material"]) if "material" in document else [None]
+    return [_of_film(document, folder, accuracy, film) for film in films]
+
+
+def _of_film(
+    document: Mapping[str, Any], folder: Path, accuracy: Mapping[str, Any], film: Film | None
+) -> Specification:
+    """Return what the document asks of a film."""
     program = _program(document["program"], {} if film is None else one_in_si(*film), folder)
     parameters = _parameters(program, document["grid"], film)
     defaults = {"method": "auto", "formulation": "auto", "rtol": 1e-6, "step": None}
@@ -176,14 +200,24 @@ def _waveform(table: Mapping[str, Any], ones: Mapping[str, float], folder: Path)
         raise ValueError(f"{path}: {error}") from None
 
 
-def _film(table: Any) -> Film:
-    material = material_of(table, ("thickness",))
-    check_number("material.thickness", table["thickness"])
-    if not table["thickness"] > 0:
-        raise ValueError(f"material.thickness must be above 0, in m; got {table['thickness']}")
-    if material.relative_permittivity is None:
-        raise ValueError("[material] must have the key 'relative_permittivity'; it is missing")
-    return Film(material, float(table["thickness"]))
+def _films(given: Any) -> list[Film | None]:
+    """Return the films of one table ``[material]``, or of several."""
+    tables = given if isinstance(given, list) else [given]
+    if not tables:
+        raise ValueError("material must be a table, [material], or several; got none")
+    films: list[Film | None] = []
+    for table in tables:
+        material = material_of(table, ("thickness",))
+        if material.relative_permittivity is None:
+            raise ValueError("[material] must have the key 'relative_permittivity'; it is missing")
+        thicknesses = values_of("material.thickness", table["thickness"])
+        if not np.size(thicknesses):
+            raise ValueError("material.thickness must have at least one value; got none")
+        for thickness in np.atleast_1d(thicknesses).tolist():
+            if not thickness > 0:
+                raise ValueError(f"material.thickness must be above 0, in m; got {thickness}")
+            films.append(Film(material, float(thickness)))
+    return films
 
 
 def _parameters(program: Program, table: Mapping[str, Any], film: Film | None) -> dict[str, Any]:

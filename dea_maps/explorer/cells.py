@@ -139,7 +139,10 @@ class Cells(NamedTuple):
             return None
         given = self.ds.attrs
         material = Material(
-            *(float(given[f"{name}_in_{unit}"]) for name, unit in _MATERIAL), float(given["relative_permittivity"])
+            unrelaxed_modulus=float(given["unrelaxed_modulus_in_Pa"]),
+            relaxed_modulus=float(given["relaxed_modulus_in_Pa"]),
+            relaxation_time=float(given["relaxation_time_in_s"]),
+            relative_permittivity=float(given["relative_permittivity"]),
         )
         return material.critical_field * float(given["thickness_in_m"])
 
@@ -325,10 +328,8 @@ def columns(cells: Cells, index: int) -> dict[str, npt.NDArray[Any]]:
 
 def results(cells: Cells) -> dict[str, npt.NDArray[Any]]:
     """Return the values of all cells, in the units of `plain_label` and the shape of the map, and area strains."""
-    return {
-        str(name): array.values * (1e-6 if str(name).endswith("true_field") else 1)
-        for name, array in {**cells.ds.data_vars, **_area_strains(cells.ds)}.items()
-    }
+    found = {str(name): array for name, array in cells.ds.data_vars.items()} | _area_strains(cells.ds)
+    return {name: array.values * (1e-6 if name.endswith("true_field") else 1) for name, array in found.items()}
 
 
 def _area_strains(ds: xr.Dataset) -> dict[str, xr.DataArray]:
@@ -375,6 +376,3 @@ def _names_of(ds: xr.Dataset, name: str) -> list[str]:
     """Return the name of a parameter and, where the map has it, of what it is in SI units."""
     twin = si_name(name, kinds_in(ds.coords, ds.attrs)[name])
     return [name] if twin is None or twin not in ds.coords else [name, twin]
-
-
-_MATERIAL = (("unrelaxed_modulus", "Pa"), ("relaxed_modulus", "Pa"), ("relaxation_time", "s"))

@@ -1,10 +1,10 @@
 """Trajectories of the general model: films under any stresses, or stretches, and field."""
 
-from importlib.metadata import version
 from math import inf
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import xarray as xr
 
 from .. import __version__
@@ -162,16 +162,19 @@ def _dataset(result: Result, times: npt.NDArray[np.float64], ratio: float, slack
     numbers = {name: value if failed else np.nan for name, value in at_failure.items()}
     numbers |= {name: value if outcome == "survives" else np.nan for name, value in at_rest.items()}
     described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flag_attributes(Outcome)}
-    ds = xr.Dataset({"outcome": ((), np.int8(result.outcome), described)})
-    ds["first_limit"] = ((), np.int8(limit), {**cf_attributes("first_limit"), **flag_attributes(GeneralLimit)})
     numbers["time_to_tension_loss"] = slack
-    for name, values in along.items():
-        ds[name] = ("time", values, cf_attributes(name))
-    for name, value in numbers.items():
-        ds[name] = ((), np.float64(value), cf_attributes(name))
-    return ds.assign_coords(
-        time=("time", times, cf_attributes("time")),
-        modulus_ratio=((), ratio, cf_attributes("modulus_ratio")),
+    coords = {
+        "time": ("time", times, cf_attributes("time")),
+        "modulus_ratio": ((), ratio, cf_attributes("modulus_ratio")),
+    }
+    return xr.Dataset(
+        {
+            "outcome": ((), np.int8(result.outcome), described),
+            "first_limit": ((), np.int8(limit), {**cf_attributes("first_limit"), **flag_attributes(GeneralLimit)}),
+            **{name: ("time", values, cf_attributes(name)) for name, values in along.items()},
+            **{name: ((), np.float64(value), cf_attributes(name)) for name, value in numbers.items()},
+        },
+        coords,
     )
 
 
@@ -194,7 +197,7 @@ def _annotated(ds: xr.Dataset, prescribed: dict[str, str], rtol: float) -> xr.Da
         "rtol": rtol,
         "dea_maps_version": release,
         "numpy_version": np.__version__,
-        "scipy_version": version("scipy"),
+        "scipy_version": scipy.__version__,
     }
     for variable in ds.variables.values():
         variable.encoding = {"_FillValue": None}

@@ -41,10 +41,12 @@ BLOCK = 4096
 def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = RTOL) -> xr.Dataset:
     """Find which comes first in every cell of a map, electromechanical instability or electrical breakdown.
 
-    A film breaks down when its true field, the nominal field times the stretch squared, reaches its strength. Along
-    each of the loading programs the film spreads and the field does not fall; as long as the nominal field that it
-    withstands, ``strength(stretch)/stretch**2``, falls with the stretch, it breaks down at most once, and whether it
-    does so before it fails is known from the state at failure. When, is found by root finding on trajectories.
+    A film breaks down when its true field, the nominal field times the stretch squared, first reaches its strength, at
+    ``field = strength(stretch)/stretch**2``. That is sought along the loading, of any program and with or without a
+    dead load: where the field jumps, at the end of every step of an integration in time and, where the true field may
+    have a maximum there, within the step; its time is a root within a step. Under a program that is repeated without
+    end the stretch rises from cycle to cycle, so that a film that survives breaks down if it does so in its limit
+    cycle, or never. Stretches count from the unstretched film.
 
     Parameters
     ----------
@@ -74,7 +76,9 @@ def breakdown(ds: xr.Dataset, strength: Strength, rtol: float = RTOL) -> xr.Data
 
     Notes
     -----
-    Some half a millisecond for each film that breaks down; the others cost as in `dea_maps.sweep`.
+    Some tens of microseconds for each film that is followed, times the number of cycles until it breaks down; under
+    the largest field of the program at the largest stretch of the film most films that do not break down are known not
+    to, and cost as in `dea_maps.sweep`. What needs more than two million steps is unresolved.
 
     Examples
     --------

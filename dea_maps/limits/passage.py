@@ -36,6 +36,8 @@ _NUDGE = 1e-5
 # Points within a step at which a maximum is looked for first.
 _LOOKS = np.linspace(0.0, 1.0, 11)[1:-1]
 _ITERATIONS = 60
+# Relative error that a film taken for one at rest in a hold may have.
+_AT_REST = 1e-7
 
 _CRITICAL_LOAD = 0.75 * 4.0 ** (-1.0 / 3.0)
 # Where the excess is found to be above zero.
@@ -157,8 +159,8 @@ class _Search:
         state = self.passages.state
         self._fail(np.flatnonzero(~met & (state == Passages.NEAR)), count, steps)
         self._fail_at_jump(np.flatnonzero(~met & (state == Passages.JUMPED)), count, steps)
-        over_ = ~met & ((state == Passages.RESTS) | (state == Passages.ENDED))
-        self.found.limit[self._films[over_]] = Limit.NONE
+        self._rest(np.flatnonzero(~met & (state == Passages.RESTS)), count, steps)
+        self.found.limit[self._films[~met & (state == Passages.ENDED)]] = Limit.NONE
         some = count > 0
         self._before[some] = ended[some, count[some] - 1]
         return np.asarray(~met & (state == Passages.READY))
@@ -279,7 +281,11 @@ class _Search:
         """Find the fields at which films break down while the field jumps."""
         if film.size:
             step = steps[:, film, first[film]]
-            self._at_jump(film, step[STEP.REACHED], step[STEP.BASE_0] + step[STEP.Y_0], self._time(film, step))
+            r = step[STEP.BASE_0] + step[STEP.Y_0]
+            self._at_jump(film, step[STEP.REACHED], r, self._time(film, step))
+            # What a film at rest in a hold lacked of it at its end is no jump, and known to no more than that.
+            over = excess(self._strength, self._field_at(film, step[STEP.REACHED], r), step[STEP.REACHED])
+            self.error[self._films[film]] = np.where(over < _AT_REST, over, 0.0)
 
     def _at_jump(self, film: npt.NDArray[np.int64], reached: Array, r: Array, time: Array) -> None:
         p = self.passages.ratio[film] - 1.0
@@ -295,6 +301,18 @@ class _Search:
         stretch, _ = roots(lacks, unloaded, reached, everywhere, (index,), xrtol=1e-15)
         stretch = np.where(np.isfinite(stretch), stretch, reached)
         self._write(film, time, stretch, self._strength(stretch) / stretch**2, np.zeros(film.size))
+
+    def _rest(self, film: npt.NDArray[np.int64], count: npt.NDArray[np.int64], steps: Array) -> None:
+        """Films at rest under the field held: what they still lack of it is less than the error allowed."""
+        if not film.size:
+            return
+        own, step = self._films[film], steps[:, film, count[film] - 1]
+        stretch, field = self._ends.stretch[own], np.abs(step[STEP.FIELD_1])
+        breaks = excess(self._strength, field, stretch) > 0.0
+        self.found.limit[own] = Limit.NONE
+        at = stretch_at(self._strength, field[breaks], stretch[breaks])
+        time = self._time(film, step) + step[STEP.LENGTH]
+        self._write(film[breaks], time[breaks], at, field[breaks], np.zeros(at.size))
 
     def _fail(self, film: npt.NDArray[np.int64], count: npt.NDArray[np.int64], steps: Array) -> None:
         """Films that have come to the instability."""

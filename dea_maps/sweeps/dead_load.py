@@ -48,13 +48,14 @@ def load_of(prestretch: Array) -> Array:
     return np.asarray(prestretch - prestretch**-5)
 
 
-def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
-    """Return the largest load ``eps E**2/mu_R`` that a film sustains at an internal stretch.
+def critical_stretch(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the stretch at the instability, (25) under a dead load, at an internal stretch.
 
     Examples
     --------
-    >>> round(float(np.sqrt(largest_load(np.ones(1), np.ones(1), np.array([0.9223]))[0] / 0.4724704)), 4)
-    0.5521
+    >>> one = np.ones(2)
+    >>> critical_stretch(one, one, load_of(np.array([1.0, 2.0]))).round(4).tolist()
+    [1.2599, 2.9704]
     """
     r, p = internal_stretch**2, modulus_ratio - 1.0
     A, B = 1.0 + p / r, 1.0 + p * r * r
@@ -64,7 +65,31 @@ def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -
         if np.array_equal(below, w, equal_nan=True):
             break
         w = below
-    return np.asarray(w * w * (A - B * w**6 - stress * w))
+    return np.asarray(1.0 / w)
+
+
+def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the largest load ``eps E**2/mu_R`` that a film carries at an internal stretch.
+
+    Examples
+    --------
+    >>> round(float(np.sqrt(largest_load(np.ones(1), np.ones(1), np.array([0.9223]))[0] / 0.4724704)), 4)
+    0.5521
+    """
+    r, p = internal_stretch**2, modulus_ratio - 1.0
+    w = 1.0 / critical_stretch(internal_stretch, modulus_ratio, stress)
+    return np.asarray(w * w * (1.0 + p / r - (1.0 + p * r * r) * w**6 - stress * w))
+
+
+def largest_field(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the largest field, over that of the relaxed free film, that a film carries at an internal stretch.
+
+    Examples
+    --------
+    >>> largest_field(np.ones(1), np.array([4.0]), np.zeros(1))
+    array([2.])
+    """
+    return np.sqrt(largest_load(internal_stretch, modulus_ratio, stress) / _CRITICAL_LOAD)
 
 
 def relaxed_threshold(stress: Array) -> Array:
@@ -78,7 +103,7 @@ def relaxed_threshold(stress: Array) -> Array:
     [1.0, 0.2838]
     """
     one = np.ones_like(stress)
-    return np.sqrt(largest_load(one, one, stress) / _CRITICAL_LOAD)
+    return largest_field(one, one, stress)
 
 
 def margin(field: Array, internal_stretch: Array, given: Mapping[str, Array]) -> Array:

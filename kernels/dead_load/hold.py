@@ -46,8 +46,8 @@ _BRANCH = 2.5
 # Square of an interval divided by that of its distance from the poles, below which they stay in the integrand: with the
 # poles six half intervals away every rule gains its digits, while a film that is far from them may be far from z = 1.
 _SHORT = 0.1
-_POLE_ITERATIONS = 12
-_POLE_FOUND = 1e-9
+_POLE_ITERATIONS = 5
+_POLE_FOUND = 1e-6
 
 
 @device
@@ -71,33 +71,58 @@ def flow_root(t):
 
 
 @device
-def _over(a, b):
-    """Return a/b of complex numbers; no division raises."""
-    return a * b.conjugate() * (1.0 / (b.real * b.real + b.imag * b.imag + 1e-300))
+def _horner(x, y, n_x, n_y, s_x, s_y, c):
+    """Return value and slope of a polynomial at x + i y after one more coefficient."""
+    return n_x * x - n_y * y + c, n_x * y + n_y * x, s_x * x - s_y * y + n_x, s_x * y + s_y * x + n_y
+
+
+@device
+def _value_and_slope(x, y, c7, c6, c5, c4, c3, c2, c0):
+    """Return ``d**8 + c7 d**7 + ... + c2 d**2 + c0`` at d = x + i y and its slope, real and imaginary parts."""
+    a, b, c, d = x + c7, y, 1.0, 0.0
+    a, b, c, d = _horner(x, y, a, b, c, d, c6)
+    a, b, c, d = _horner(x, y, a, b, c, d, c5)
+    a, b, c, d = _horner(x, y, a, b, c, d, c4)
+    a, b, c, d = _horner(x, y, a, b, c, d, c3)
+    a, b, c, d = _horner(x, y, a, b, c, d, c2)
+    a, b, c, d = _horner(x, y, a, b, c, d, 0.0)
+    return _horner(x, y, a, b, c, d, c0)
 
 
 @device
 def poles(gap, w, sigma):
-    """Upper one of the pair of roots of ``gap + d**2 G(d)`` next to d = 0, and N' there; 0 where none is found.
+    """Upper one of the pair of roots of ``N = gap + d**2 G(d)`` next to d = 0, and N' there.
 
-    The guess is exact to second order for a small gap and has the direction of the root for a large one.
+    The guess is exact to second order for a small gap. Real arithmetic, which vectorises: the root, N' and the length
+    of the last step of Newton's method, which tells whether it was found.
     """
-    G, _ = curvature(0.0, w, 1.0, 1.0, sigma)
-    across = 1j * np.sqrt(gap / G)
-    bend = (sigma + 56.0 * w**5) / G
-    share = 1.5 * sigma * w
-    power = 0.75 - 0.4167 * share**4
-    d = _over(across, (1.0 + across * (bend / (2.0 * power))) ** power)
-    slope = 0j
+    square = w * w
+    cube = square * w
+    c2 = 28.0 * cube * cube - 1.0 + 3.0 * sigma * w
+    c3 = sigma + 56.0 * cube * square
+    c4 = 70.0 * square * square
+    c5 = 56.0 * cube
+    c6 = 28.0 * square
+    c7 = 8.0 * w
+    # i eta/sqrt(1 + i eta g), eta = sqrt(gap/c2), g = c3/c2
+    eta = np.sqrt(gap / c2)
+    across = eta * c3 / c2
+    size = np.sqrt(1.0 + across * across)
+    below = np.sqrt(0.5 * (size + 1.0))
+    along = eta / size
+    x = along * 0.5 * across / below
+    y = along * below
+    step = 0.0
     for _ in range(_POLE_ITERATIONS):
-        G, change = curvature(d, w, 1.0, 1.0, sigma)
-        slope = d * (2.0 * G + d * change)
-        step = _over(gap + d * d * G, slope)
-        d = d - step
-        if abs(step) <= _POLE_FOUND * abs(d):
-            G, change = curvature(d, w, 1.0, 1.0, sigma)
-            return d - _over(gap + d * d * G, slope), d * (2.0 * G + d * change)
-    return 0j, 0j
+        n_x, n_y, s_x, s_y = _value_and_slope(x, y, c7, c6, c5, c4, c3, c2, gap)
+        inverse = 1.0 / (s_x * s_x + s_y * s_y + 1e-300)
+        of_x = (n_x * s_x + n_y * s_y) * inverse
+        of_y = (n_y * s_x - n_x * s_y) * inverse
+        x -= of_x
+        y -= of_y
+        step = abs(of_x) + abs(of_y)
+    _, _, slope_x, slope_y = _value_and_slope(x, y, c7, c6, c5, c4, c3, c2, gap)
+    return x, y, slope_x, slope_y, step
 
 
 @device
@@ -122,21 +147,31 @@ def prepare(w, i, p, sigma, w_t, gap_t, first, a, last):
     w[INTERNAL, i] = 1.0 / a
     w[UNSTABLE_W, i] = w1
 
-    pole, slope = poles(gap_t, w_t, sigma)
-    real, across = pole.real, pole.imag
+    real, across, slope_x, slope_y, step = poles(gap_t, w_t, sigma)
     square = across * across
     length = first - last
-    outside = max(last - real, real - first, 0.0)
-    near = (length * length >= _SHORT * (square + outside * outside)) & (across > 0.0) & (w_t + real > 0.0)
-    at = w_t + pole
-    # D z**2/(2 w (1 + 2 z**3)) at z = 1, over R = N'/(2 i c).
-    rest = _over(pole * relaxed_stiffness(pole, w_t, sigma) + 6.0 * p * at * at, 6.0 * at * slope) * (2j * across)
+    outside = max(max(last - real, real - first), 0.0)
+    near = (length * length >= _SHORT * (square + outside * outside)) & (step <= _POLE_FOUND * across)
+    near = near & (w_t + real > 0.0)
+    across = across if near else 1.0
+    # D z**2/(2 w (1 + 2 z**3)) at z = 1, over R = N'/(2 i c): i c (d K + 6 p u)/(3 w N'), with -g'/w = d K.
+    at = w_t + real
+    u_x, u_y = at * at - across * across, 2.0 * at * across
+    third_x, third_y = at * u_x - across * u_y, at * u_y + across * u_x
+    sixth_x, sixth_y = third_x * third_x - third_y * third_y, 2.0 * third_x * third_y
+    top_x = 8.0 * sixth_x + 3.0 * sigma * at - 2.0 + 6.0 * p * u_x
+    top_y = 8.0 * sixth_y + 3.0 * sigma * across + 6.0 * p * u_y
+    below_x = 3.0 * (at * slope_x - across * slope_y)
+    below_y = 3.0 * (at * slope_y + across * slope_x)
+    scale = across / (below_x * below_x + below_y * below_y + 1e-300)
+    line = -scale * (top_y * below_x - top_x * below_y)
+    line_slope = scale * (top_x * below_x + top_y * below_y)
     v0 = first - real
     v1 = last - real
-    w[REAL, i] = real if near else 0.0
+    w[REAL, i] = real
     w[SQUARE, i] = square if near else 1.0
-    w[LINE, i] = rest.real if near else 0.0
-    w[LINE_SLOPE, i] = rest.imag / across if near else 0.0
+    w[LINE, i] = line if near else 0.0
+    w[LINE_SLOPE, i] = line_slope / across if near else 0.0
     w[RATIO, i] = length * (v0 + v1) / (v1 * v1 + square) if near else 0.0
     w[ACROSS, i] = across * length if near else 0.0
     w[ALONG, i] = square + v0 * v1 if near else 1.0

@@ -35,6 +35,7 @@ from .film import (
     equilibrium_d,
     failure,
     first_d,
+    quick_failure,
     stable_side,
 )
 
@@ -62,16 +63,79 @@ def make_classify(program: Program) -> Callable[..., Any]:
     return classify
 
 
+# Rows of the block of holds, beside those of `hold.py`: of one array, whose rows the compiler knows not to overlap.
+(
+    RELAXES,  # p
+    DEAD_LOAD,
+    AT,  # w_t
+    LOAD,
+    ABOVE,  # e - e_t and e_i - e
+    BELOW,
+    AT_FIRST,  # w_i
+    START,
+    SHARE,
+    FIRST,  # w - w_t and 1/r with which the hold begins, and at its end
+    INVERSE,
+    LAST,
+    END,
+) = range(hold.HOLD_ROWS, hold.HOLD_ROWS + 13)
+BLOCK = hold.HOLD_ROWS + 13
+
+
 @device
-def prepare_hold(w, i, film, cell, p, sigma, first, a):
-    """Set a lane to a hold from w - w_t = ``first`` at r = 1/a."""
-    gap = film[GAP_T, cell]
-    # Where the field is between those at which a relaxed film and one at first fail, from 0 to 1.
-    field = np.sqrt(film[LOAD_T, cell] + gap) / np.sqrt(film[LOAD_T, cell])
-    whole = film[FIELD_I, cell] / film[FIELD_T, cell] - 1.0
-    share = min(max((field - 1.0) / whole, 0.0), 1.0)
-    end, last = failure(p, film[W_T, cell], sigma, film[LOAD_T, cell] + gap, gap, a, first, share)
-    hold.prepare(w, i, p, sigma, film[W_T, cell], gap, first, end, last)
+def give(w, i, film, cell, field, p, start, sigma):
+    """Fill in a lane, but for the states with which the hold begins and ends."""
+    w[RELAXES, i] = p
+    w[DEAD_LOAD, i] = sigma
+    w[AT, i] = film[W_T, cell]
+    w[LOAD, i] = film[LOAD_T, cell] + film[GAP_T, cell]
+    w[ABOVE, i] = film[GAP_T, cell]
+    w[BELOW, i] = film[GAP_I, cell]
+    w[AT_FIRST, i] = film[W_I, cell]
+    w[START, i] = start
+    whole = film[FIELD_I, cell] - film[FIELD_T, cell]
+    w[SHARE, i] = min(max((field - film[FIELD_T, cell]) / whole, 0.0), 1.0)
+
+
+@device
+def prepare_holds(w):
+    """Complete the lanes, whose holds begin at FIRST and INVERSE."""
+    lanes = w.shape[1]
+    for i in range(lanes):
+        w[END, i], w[LAST, i] = quick_failure(
+            w[RELAXES, i],
+            w[AT, i],
+            w[DEAD_LOAD, i],
+            w[LOAD, i],
+            w[ABOVE, i],
+            w[INVERSE, i],
+            w[FIRST, i],
+            w[SHARE, i],
+        )
+    for i in range(lanes):
+        if math.isnan(w[END, i]):
+            w[END, i], w[LAST, i] = failure(
+                w[RELAXES, i],
+                w[AT, i],
+                w[DEAD_LOAD, i],
+                w[LOAD, i],
+                w[ABOVE, i],
+                w[INVERSE, i],
+                w[FIRST, i],
+                w[SHARE, i],
+            )
+    for i in range(lanes):
+        hold.prepare(
+            w,
+            i,
+            w[RELAXES, i],
+            w[DEAD_LOAD, i],
+            w[AT, i],
+            w[ABOVE, i],
+            w[FIRST, i],
+            w[END, i],
+            w[LAST, i],
+        )
 
 
 @device
@@ -93,7 +157,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
 
     @device
     def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
-        w = np.ones((hold.HOLD_ROWS, lanes))
+        w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, RUNNING, cells)
@@ -101,11 +165,15 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
-                first, _ = first_d(p, start[cell], film[W_T, cell], sigma[cell], film[W_I, cell], film[GAP_I, cell])
-                a = 1.0 / (start[cell] * start[cell])
-                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 w[quadrature.BEFORE, i] = 0.0
                 rule[i] = quadrature.first_rule(p, tolerance)
+            for i in range(lanes):
+                w[INVERSE, i] = 1.0 / (w[START, i] * w[START, i])
+                w[FIRST, i], _ = first_d(
+                    w[RELAXES, i], w[START, i], w[AT, i], w[DEAD_LOAD, i], w[AT_FIRST, i], w[BELOW, i]
+                )
+            prepare_holds(w)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
@@ -160,7 +228,7 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
     def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         reached = np.empty((climb.REACHED, status.size))
         rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
-        w = np.ones((hold.HOLD_ROWS, lanes))
+        w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
         count, following = next_cells(status, 0, AT_END, cells)
@@ -168,12 +236,14 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 a = 1.0 / reached[climb.REACHED_R, cell]
                 guess = reached[climb.REACHED_D, cell]
-                first = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
-                prepare_hold(w, i, film, cell, p, sigma[cell], first, a)
+                w[INVERSE, i] = a
+                w[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
                 rule[i] = quadrature.first_rule(p, tolerance)
+            prepare_holds(w)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
@@ -195,8 +265,9 @@ def make_sweep(program: Program, lanes: int = LANES) -> Kernel:
 
     def sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         film = np.empty((FILM, field.size))
-        for cell in range(field.size):
+        for cell in range(field.size):  # apart from the next loop, which does not vectorise
             describe(film, cell, field[cell], modulus_ratio[cell] - 1.0, start[cell], sigma[cell])
+        for cell in range(field.size):
             status[cell] = classify(film, cell, modulus_ratio[cell])
         for row in range(RESULTS):
             for cell in range(field.size):

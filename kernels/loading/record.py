@@ -42,6 +42,7 @@ from .rows import (
     SPENT,
     START,
     STEP,
+    TIGHTNESS,
     TRIAL,
     UNTIL,
     D,
@@ -92,7 +93,7 @@ SIGNATURE_WITHIN = (
 ) = range(20)
 RECORDED = 20
 
-# Distance from rest, over r, below which nothing more is to come.
+# Distance from rest, over r, below which nothing more is to come: that of rounding, or the error allowed in a step.
 AT_REST = 1e-13
 # Steps of a sine, at least, in a period: of an extreme of the field and a zero there is one at most in a step.
 PER_PERIOD = 8.0
@@ -250,7 +251,8 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     now = NEAR
                 elif w[HELD, i] >= 0.0 and w[GROWTH, i] < 0.0:
                     away = abs(w[SLOPES, i] / w[GROWTH, i])
-                    now = RESTS if away <= AT_REST * (w[BASE, i] + w[Y, i]) else READY
+                    close = max(AT_REST, 1.0 / w[TIGHTNESS, i]) * (w[BASE, i] + w[Y, i])
+                    now = RESTS if away <= close else READY
                 if now != READY or count[film] == room:
                     for row in range(KEPT):
                         kept[row, film] = w[row, i]

@@ -1,10 +1,12 @@
 """Questions of a designer on the command line: what is asked, what is answered, what is said of a wrong question."""
 
+import dataclasses
 import json
 import math
 import re
 
 import pytest
+import xarray as xr
 
 import dea_maps as dm
 from dea_maps.cli.main import main
@@ -40,6 +42,7 @@ def test_the_largest_voltage_for_a_time(capsys):
     assert found["allowable_voltage"] == pytest.approx(designed, rel=2e-4)
     assert found["allowable_voltage"] <= designed
     assert found["voltage_sustained_indefinitely"] == pytest.approx(EC, rel=2e-4)
+    assert found["voltage_of_failure_at_once"] == pytest.approx(AT_ONCE, rel=1e-9)
 
 
 def test_a_ramp_that_is_held(capsys):
@@ -147,8 +150,6 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_trajectories_go_into_files_and_charts(folder, capsys):
-    import xarray as xr
-
     expected = dm.trajectory(
         dm.Step(), time_seconds=[0.0, 200.0, 400.0], voltage=[1500.0, 2000.0], material=dm.VHB, thickness=100e-6
     )
@@ -224,3 +225,19 @@ def test_help_wraps_and_shows_defaults(columns, capsys, monkeypatch):
     assert main(["--help"]) == 0
     prose = [line for line in capsys.readouterr().out.splitlines() if not line.startswith(" ")]
     assert max(map(len, prose)) <= columns
+
+
+def test_several_films_of_one_specification_have_a_map_each(folder, capsys):
+    text = SPEC.replace("thickness = 100e-6", "thickness = [100e-6, 50e-6]").replace("[material]", "[[material]]")
+    stiff = '[[material]]\npreset = "VHB"\nunrelaxed_modulus = 150e3\nthickness = 100e-6\n'
+    (folder / "spec.toml").write_text(text + stiff)
+    assert main(["sweep", "spec.toml", "-o", "map.nc"]) == 0
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()][1::2] == [
+        "map_1.nc", "map_2.nc", "map_3.nc"
+    ]  # fmt: skip
+    films = [(dm.VHB, 100e-6), (dm.VHB, 50e-6), (dataclasses.replace(dm.VHB, unrelaxed_modulus=150e3), 100e-6)]
+    for number, (material, thickness) in enumerate(films, 1):
+        expected = dm.sweep(dm.Step(), voltage=[1500.0, 2000.0], material=material, thickness=thickness)
+        xr.testing.assert_identical(xr.load_dataset(f"map_{number}.nc"), expected)
+    assert main(["trajectory", "spec.toml", "-o", "a.nc", "--until", "1"]) == 2
+    assert "[material] must be of one film; got 3 films" in capsys.readouterr().err

@@ -121,3 +121,16 @@ def test_site_is_built_without_a_warning(tmp_path):
     assert len(pages) >= len(PAGES)
     outside = [link for page in pages for link in re.findall(r"""(?:src|href)="(https?://[^"]+)""", page)]
     assert not [link for link in outside if link.endswith((".js", ".css"))]
+
+
+def test_answers_are_those_of_the_command_line(folder, capsys):
+    """Every question of the page gets the answer that stands below it, whatever the line breaks."""
+    page = DOCS / "guide" / "ask.md"
+    text = page.read_text(encoding="utf-8")
+    (film,) = re.findall(r"^```\{code-block\} toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    Path("film.toml").write_text(film, encoding="utf-8")
+    asked = [block.split("\n", 1) for block in blocks(page, "console") if block.startswith("$ dea-maps ask")]
+    assert len(asked) == 10
+    for command, expected in asked:
+        assert main(shlex.split(command)[2:]) == 0, command
+        assert capsys.readouterr().out.split() == expected.split(), command

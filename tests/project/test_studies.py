@@ -107,7 +107,7 @@ def test_auto_picks_by_the_rule_that_follows_from_the_studies(rtol):
         assert (choice.method, choice.formulation) == pick
 
 
-def test_page_on_actuators_says_what_its_films_bear():
+def test_page_on_actuators_gives_the_allowable_voltages():
     page = (STUDIES / "actuator" / "README.md").read_text(encoding="utf-8")
     (table,) = re.findall(r"^\| held \| 50 um .*\n\|[-|]*\n((?:\|.*\n)+)", page, re.MULTILINE)
     said = [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]
