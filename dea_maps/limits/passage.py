@@ -89,10 +89,12 @@ def first_passage(program: Program, cells: Cells, strength: StrengthOf, ends: En
         if not chosen.size:
             break
         own = _some(cells, chosen)
-        search = _Search(program, own, strength, Ends(*(array[chosen] for array in ends)), rtol, tolerance)
+        theirs = Ends(ends.survives[chosen], ends.stretch[chosen], ends.field[chosen])
+        search = _Search(program, own, strength, theirs, rtol, tolerance)
         search.run()
         accurate = search.error <= rtol
-        for mine, its in zip(found, search.found, strict=True):
+        found.limit[chosen[accurate]] = search.found.limit[accurate]
+        for mine, its in zip(found[1:], search.found[1:], strict=True):
             mine[chosen[accurate]] = its[accurate]
         open_[chosen[accurate]] = False
     return found
