@@ -97,7 +97,10 @@ def test_pieces_may_be_in_si_units():
         (lambda: Sequence([Jump(1.0)], repeat=0), "repeat must be True, False or at least 1; got 0"),
         (lambda: Sequence([Jump("x"), Hold("x")]), "'x' is used both as a field and as a time"),
         (lambda: Sequence([Linear(math.inf, rate=1.0), Hold(1.0)]), "nothing can follow"),
-        (lambda: Sequence([Sine("x", 1.0, 1.25)], repeat=2), "must have a Jump or a Linear, or Sines of half and whole"),
+        (
+            lambda: Sequence([Sine("x", 1.0, 1.25)], repeat=2),
+            "must have a Jump or a Linear, or Sines of half and whole",
+        ),
         (lambda: Linear(1.0), "either rate or time; got neither"),
         (lambda: Linear(1.0, rate=1.0, time=1.0), "either rate or time; got both"),
         (lambda: Linear(1.0, rate=0.0), "rate of Linear must be finite and above 0; got 0.0"),
