@@ -12,13 +12,14 @@ PYTHONS = ("3.11", "3.12", "3.13")
 # Tests that take the kernels apart; without machine code the others would take long and reach no line more.
 KERNEL_TESTS = (
     *(f"tests/kernels/test_{name}.py" for name in (
-        "area_strain", "elementary", "events", "model", "quadrature", "radau", "rising_event", "tableaus",
+        "area_strain", "elementary", "events", "model", "quadrature", "radau", "rising_event",
     )),
     "tests/sweeps/test_programs.py",
     "tests/sweeps/test_trajectories.py",
-    "tests/theory/test_extremes.py",
+    "tests/theory/test_1_coefficients.py",
+    "tests/theory/test_6_random_films.py",
 )  # fmt: skip
-TOO_LONG = "tests/theory/test_extremes.py::test_any_legal_input_has_its_outcome"
+TOO_LONG = "tests/theory/test_6_random_films.py::test_any_legal_input_has_its_outcome"
 
 nox.options.sessions = ["lint", "format", "types", "docs", "tests"]
 nox.options.error_on_missing_interpreters = False
@@ -51,6 +52,7 @@ def lowest(session: nox.Session) -> None:
     project = nox.project.load_toml("pyproject.toml")["project"]
     extras = project["optional-dependencies"]
     required = [*project["dependencies"], *extras["distributed"], *extras["explore"]]
+    required.append("pyparsing<3.3")  # 3.3 warns the user of names that old releases of Matplotlib call
     pinned = Path(session.create_tmp(), "lowest.txt")
     pinned.write_text("".join(f"{requirement.replace('>=', '==')}\n" for requirement in required))
     session.install("-e", ".[test]", "-c", str(pinned))

@@ -106,9 +106,9 @@ if TYPE_CHECKING:
         TriangleTrain,
         Waveform,
     )
+    from .runs.maps import sweep
+    from .runs.trajectories import trajectory
     from .sweeps.methods import methods
-    from .sweeps.run import sweep
-    from .sweeps.trajectories import trajectory
 else:
     # Imported at first use: ``import dea_maps`` and ``dea-maps --help`` wait for no library.
     _HOME = {
@@ -146,9 +146,9 @@ else:
         "reachable_stretch": "limits.inverse",
         "read_design": "limits.voltages",
         "read_material": "materials.toml",
-        "sweep": "sweeps.run",
+        "sweep": "runs.maps",
         "sweep_to_netcdf": "files.to_netcdf",
-        "trajectory": "sweeps.trajectories",
+        "trajectory": "runs.trajectories",
     }
 
     def __getattr__(name: str) -> object:

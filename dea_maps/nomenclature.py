@@ -1,13 +1,13 @@
 """The names of everything that a data set holds: one table for attributes, charts and error messages.
 
-Fields are over the relaxed critical field ``Ec = sqrt(0.75 * 4**(-1/3) * mu_R/eps)``, times over the
+Fields are normalised by the relaxed critical field ``Ec = sqrt(0.75 * 4**(-1/3) * mu_R/eps)``, times by the
 relaxation time ``tau``; stretches are plain ratios. All is dimensionless, so all units are "1".
 """
 
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np
@@ -161,7 +161,7 @@ PARAMETERS: Mapping[str, Quantity] = MappingProxyType(
             "stress",
             "dead load",
             r"$s/\mu_R$",
-            "equibiaxial nominal stress of the dead load, over the relaxed shear modulus",
+            "equibiaxial nominal stress of the dead load, normalised by the relaxed shear modulus",
         ),
     }
 )
@@ -174,6 +174,7 @@ _WORDS = {
     "period": "period, in relaxation times",
     "share": "share of a time",
     "count": "number of cycles",
+    "stress": "nominal stress, over the relaxed shear modulus",
 }
 
 
@@ -207,7 +208,7 @@ VARIABLES: Mapping[str, Quantity] = MappingProxyType(
         "critical_field": Quantity(
             "critical field",
             r"$E/E_c$",
-            "nominal electric field at electromechanical instability, over the relaxed critical field",
+            "nominal electric field at electromechanical instability, normalised by the relaxed critical field",
         ),
         "final_stretch": Quantity(
             "final stretch",
@@ -215,7 +216,7 @@ VARIABLES: Mapping[str, Quantity] = MappingProxyType(
             "equibiaxial stretch after full relaxation, where the film survives",
         ),
         "largest_stretch": Quantity(
-            "largest stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch until failure or rest"
+            "largest stretch", r"$\lambda_{\max}$", "largest equibiaxial stretch until failure or the steady state"
         ),
         "cycles_to_failure": Quantity(
             "cycles to failure", r"$N$", "completed repetitions before electromechanical instability"
@@ -236,12 +237,12 @@ TRAJECTORY: Mapping[str, Quantity] = MappingProxyType(
         "stretch": Quantity("stretch", r"$\lambda$", "equibiaxial stretch"),
         "internal_stretch": Quantity("internal stretch", r"$\xi$", "stretch of the dashpot"),
         "applied_field": Quantity(
-            "applied field", r"$E/E_c$", "nominal electric field applied, over the relaxed critical field"
+            "applied field", r"$E/E_c$", "nominal electric field applied, normalised by the relaxed critical field"
         ),
         "margin": Quantity(
             "margin",
             r"$1 - e/e_c(\xi)$",
-            "margin to electromechanical instability: one minus load over the largest load carried",
+            "margin to electromechanical instability: one minus load divided by the largest load sustained",
         ),
     }
 )
@@ -257,7 +258,7 @@ BREAKDOWN: Mapping[str, Quantity] = MappingProxyType(
         "breakdown_field": Quantity(
             "breakdown field",
             r"$E/E_c$",
-            "nominal electric field at electrical breakdown, over the relaxed critical field",
+            "nominal electric field at electrical breakdown, normalised by the relaxed critical field",
         ),
     }
 )
@@ -282,34 +283,34 @@ GENERAL: Mapping[str, Quantity] = MappingProxyType(
         "electric_displacement": Quantity(
             "electric displacement",
             r"$\tilde D/\sqrt{\varepsilon\mu_R}$",
-            "nominal electric displacement, over the square root of permittivity times relaxed shear modulus",
+            "nominal electric displacement, normalised by the square root of permittivity times relaxed shear modulus",
         ),
         "stress_1": Quantity(
-            "stress 1", r"$s_1/\mu_R$", "nominal stress in direction 1, over the relaxed shear modulus"
+            "stress 1", r"$s_1/\mu_R$", "nominal stress in direction 1, normalised by the relaxed shear modulus"
         ),
         "stress_2": Quantity(
-            "stress 2", r"$s_2/\mu_R$", "nominal stress in direction 2, over the relaxed shear modulus"
+            "stress 2", r"$s_2/\mu_R$", "nominal stress in direction 2, normalised by the relaxed shear modulus"
         ),
         "det_hessian": Quantity(
             "determinant of the Hessian",
             r"$\varepsilon\,\det\mathbf{H}/\mu_R^2$",
-            "determinant of the Hessian of the free energy, over the squared relaxed shear modulus per permittivity",
+            "determinant of the Hessian of the free energy, normalised by mu_R squared per permittivity",
         ),
         "dissipation_rate": Quantity(
             "dissipation rate",
             r"$\tau\,\dot\Gamma/\mu_R$",
-            "energy dissipated per volume and relaxation time, over the relaxed shear modulus",
+            "energy dissipated per volume and relaxation time, normalised by the relaxed shear modulus",
         ),
         "stored_energy": Quantity(
-            "stored energy", r"$W/\mu_R$", "density of the Helmholtz free energy, over the relaxed shear modulus"
+            "stored energy", r"$W/\mu_R$", "Helmholtz free energy per volume, normalised by the relaxed shear modulus"
         ),
         "work": Quantity(
-            "work", "", "work of the loads per volume since the loading began, over the relaxed shear modulus"
+            "work", "", "work of the loads per volume since the loading began, normalised by the relaxed shear modulus"
         ),
         "dissipated_energy": Quantity(
             "dissipated energy",
             r"$\Gamma/\mu_R$",
-            "energy dissipated per volume since the loading began, over the relaxed shear modulus",
+            "energy dissipated per volume since the loading began, normalised by the relaxed shear modulus",
         ),
         "critical_stretch_1": Quantity("critical stretch 1", r"$\lambda_1$", f"stretch in direction 1 {_INSTABILITY}"),
         "critical_stretch_2": Quantity("critical stretch 2", r"$\lambda_2$", f"stretch in direction 2 {_INSTABILITY}"),
@@ -339,10 +340,6 @@ NOMENCLATURE: Mapping[str, Quantity] = MappingProxyType(
 )
 """All of them by name."""
 
-OUTCOMES = ("survives", "fails_later", "fails_at_once", "unresolved")
-"""Words for the values 0, 1, 2, ... of ``outcome``."""
-
-
 RESULTS = frozenset(NOMENCLATURE.keys() - PARAMETERS.keys())
 """Names of what data sets hold beside parameters."""
 
@@ -369,6 +366,8 @@ RESERVED = frozenset(
         "fresh",
         "parameter",
         "lifetime",
+        "lifetime_seconds",
+        "time_seconds",
         "cycles",
         "cycle",
     }
@@ -429,19 +428,6 @@ def quantity_of(name: str) -> Quantity:
     'rest time'
     """
     return NOMENCLATURE.get(name) or Quantity(name.replace("_", " "), "", name.replace("_", " "))
-
-
-def flags(words: tuple[str, ...]) -> dict[str, Any]:
-    """Return the CF attributes of a variable whose values 0, 1, 2, ... stand for words.
-
-    Examples
-    --------
-    >>> flags(("no", "yes"))["flag_meanings"]
-    'no yes'
-    """
-    import numpy as np
-
-    return {"flag_values": np.arange(len(words), dtype=np.int8), "flag_meanings": " ".join(words)}
 
 
 def axis_label(name: str) -> str:

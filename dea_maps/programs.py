@@ -1,6 +1,6 @@
 """Loading programs: the field against time as a sequence of pieces, whose arguments a sweep varies.
 
-Adding a program is one entry here: a class with a name and its pieces.
+Adding a program is one entry here, a class with a name and its pieces: see docs/extending/program.md.
 """
 
 import math
@@ -18,6 +18,11 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+_DEFINED: dict[str, "type[Program]"] = {}
+
+PROGRAMS: Mapping[str, "type[Program]"] = MappingProxyType(_DEFINED)
+"""Every loading program by its name in files: a class that names itself enters when it is defined."""
+
 ENDLESS = -1
 """Stands for the number of repetitions of a program that is repeated without end."""
 
@@ -29,6 +34,8 @@ class Program:
     ----------
     name : str
         Its name in files and specifications.
+    words : str
+        What it is, for the titles of charts.
     pieces : tuple of Piece
         What the field does, piece after piece.
     repeat : bool or int
@@ -42,17 +49,24 @@ class Program:
     """
 
     name: str
+    words: str = "loading program"
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     kinds: Mapping[str, str]
     parameters: tuple[str, ...]
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Find the parameters of a program whose pieces are its class's."""
+        """Find the parameters of a program whose pieces are its class's, and enter it by its name."""
         super().__init_subclass__(**options)
+        if "name" in cls.__dict__:
+            other = _DEFINED.get(cls.name)
+            if other is not None and other.__qualname__ != cls.__qualname__:  # the same class may be defined anew
+                raise ValueError(f"name of {cls.__qualname__} must not be {cls.name!r}, that of {other.__qualname__}")
+            _DEFINED[cls.name] = cls
         if "pieces" in cls.__dict__ and isinstance(cls.pieces, tuple):
             found = kinds_of(cls.pieces)
-            cls.kinds = MappingProxyType({name: found[name] for name in PARAMETERS if name in found})
+            named = {name: found[name] for name in PARAMETERS if name in found}
+            cls.kinds = MappingProxyType({**named, **found})  # those of the table in its order, then others
             cls.parameters = tuple(cls.kinds)
 
     @property
@@ -139,6 +153,7 @@ class Step(Program):
     """
 
     name = "step"
+    words = "step to a held field"
     pieces = (Jump("field"),)
 
 
@@ -153,6 +168,7 @@ class Ramp(Program):
     """
 
     name = "ramp"
+    words = "ramp of the field without end"
     pieces = (Linear(math.inf, rate="rate"),)
 
 
@@ -167,6 +183,7 @@ class RampHold(Program):
     """
 
     name = "ramp_hold"
+    words = "ramp to a held field"
     pieces = (Linear("field", rate="rate"),)
 
 
@@ -181,6 +198,7 @@ class Pulse(Program):
     """
 
     name = "pulse"
+    words = "one pulse of the field"
     pieces = (Jump("field"), Hold("width"), Jump(0.0))
 
 
@@ -195,6 +213,7 @@ class Trapezoid(Program):
     """
 
     name = "trapezoid"
+    words = "ramp, a hold and a fall of the field"
     pieces = (Linear("field", rate="rate"), Hold("hold_time"), Linear(0.0, rate="fall_rate"))
 
 
@@ -209,6 +228,7 @@ class Overdrive(Program):
     """
 
     name = "overdrive"
+    words = "overdrive, then a held field"
     pieces = (Jump("overdrive_field"), Hold("overdrive_time"), Jump("field"))
 
 
@@ -223,6 +243,7 @@ class PulseTrain(Program):
     """
 
     name = "pulse_train"
+    words = "repeated pulses of the field"
     pieces = (Jump("field"), Hold(Share("duty", "period")), Jump(0.0), Hold(Share("duty", "period", rest=True)))
     repeat = True
 
@@ -238,6 +259,7 @@ class TriangleTrain(Program):
     """
 
     name = "triangle_train"
+    words = "repeated triangles of the field"
     pieces = (Linear("field", time=Share(0.5, "period")), Linear(0.0, time=Share(0.5, "period")))
     repeat = True
 
@@ -255,6 +277,7 @@ class BiasedSine(Program):
     """
 
     name = "biased_sine"
+    words = "sine about a bias"
     pieces = (Jump("bias"), Sine("amplitude", "period"))
     repeat = True
 
@@ -288,6 +311,7 @@ class Sequence(Program):
     pieces: tuple[Piece, ...]
     repeat: bool | int = False
     name = "sequence"
+    words = "sequence of pieces"
 
     def __post_init__(self) -> None:
         """Check the pieces together, and find the parameters."""
@@ -344,6 +368,7 @@ class Waveform(Program):
     values: "npt.NDArray[np.float64]"
     repeat: bool = False
     name = "waveform"
+    words = "measured waveform"
     kinds = MappingProxyType({"field": "field"})
     parameters = ("field",)
 
@@ -411,9 +436,3 @@ def check_repeat(repeat: object) -> None:
         raise TypeError(f"repeat must be True, False or a whole number; got {brief(repeat)}")
     if repeat < 1:
         raise ValueError(f"repeat must be True, False or at least 1; got {repeat}")
-
-
-PROGRAMS: Mapping[str, type[Program]] = MappingProxyType(
-    {program.name: program for program in Program.__subclasses__()}
-)
-"""Every loading program by its name in files."""

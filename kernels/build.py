@@ -14,7 +14,6 @@ from .rising.radau import RADAU5
 from .runge_kutta.control import fixed, make_pi
 from .runge_kutta.driver import make_solve
 from .runge_kutta.tableaus import TABLEAUS
-from .runge_kutta.trajectory import make_trajectory
 from .sweep import LANES, in_blocks, make_sweep
 
 AREA = "area"
@@ -42,10 +41,3 @@ def sweep_for(program: str, formulation: str, method: str, adaptive: bool = True
     control = make_pi(tableau) if tableau.errors else fixed
     solve = make_solve(chosen, FORMULATIONS[formulation], tableau, control)
     return make_sweep(chosen, in_blocks(solve, block.rows(tableau.stages), lanes))
-
-
-@cache
-def trajectory(program: str) -> Kernel:
-    """Compiled trajectories under a loading program; see `trajectory.make_trajectory`."""
-    tableau = TABLEAUS["dop853"]
-    return make_trajectory(PROGRAMS[program], tableau, make_pi(tableau))

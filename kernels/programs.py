@@ -78,14 +78,3 @@ def field_at(program: str, field: float, rate: float, time: float) -> float:
             break
         beginning += duration
     return float(start + slope * (time - beginning))
-
-
-def time_held(program: str, field: float, rate: float, time: float) -> float:
-    """Time under a constant field up to a time under a loading program, for one cell outside compiled code."""
-    chosen = PROGRAMS[program]
-    beginning = held = 0.0
-    for index in range(chosen.pieces):
-        _, slope, duration = chosen.piece(index, field, rate)
-        held += 0.0 if slope else min(max(time - beginning, 0.0), duration)
-        beginning += duration
-    return held

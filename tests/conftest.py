@@ -48,3 +48,17 @@ def designed():
     return xr.Dataset(
         {"allowable_voltage": (dims, voltage), "limit": (dims, limit, flags)}, {"film": films, "holding_time": time}
     )
+
+
+@pytest.fixture(scope="session")
+def pulses():
+    """Films under repeated pulses."""
+    fields, duties = np.linspace(0.9, 2.1, 13), np.array([0.2, 0.35, 0.5, 0.8])
+    return dm.sweep(dm.PulseTrain(), field=fields, period=1.0, duty=duties, modulus_ratio=4.0)
+
+
+@pytest.fixture(scope="session")
+def cycled():
+    """A film in the first three cycles and in a late one."""
+    times = np.concatenate([np.linspace(0.0, 3.0, 121), np.linspace(60.0, 61.0, 41)])
+    return dm.trajectory(dm.TriangleTrain(), time=times, field=1.4, period=1.0, modulus_ratio=4.0)

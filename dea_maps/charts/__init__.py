@@ -11,11 +11,14 @@ __all__ = [
     "SIZES",
     "SUFFIXES",
     "check_chart_path",
+    "cycles_chart",
     "design_chart",
     "draw",
     "failure_curves",
+    "hysteresis_loops",
     "phase_diagram",
     "plot",
+    "program_chart",
     "save",
     "stretch_chart",
     "trajectories",
@@ -23,9 +26,12 @@ __all__ = [
 
 if TYPE_CHECKING:
     from .choices import CHARTS, SIZES
+    from .cycles import cycles_chart
     from .design import design_chart
     from .failures import failure_curves
+    from .hysteresis import hysteresis_loops
     from .phase import phase_diagram
+    from .program import program_chart
     from .select import SUFFIXES, check_chart_path, draw, plot, save
     from .stretches import stretch_chart
     from .time_curves import trajectories

@@ -4,7 +4,17 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-CHARTS = ("auto", "phase_diagram", "failure_curves", "stretch_chart", "trajectories", "design_chart")
+CHARTS = (
+    "auto",
+    "phase_diagram",
+    "failure_curves",
+    "stretch_chart",
+    "cycles_chart",
+    "trajectories",
+    "hysteresis_loops",
+    "program_chart",
+    "design_chart",
+)
 """Kinds of charts; "auto" is the one that suits the data set."""
 
 UNITS = ("tau", "si")

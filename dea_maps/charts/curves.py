@@ -12,12 +12,13 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, agrees, limits
+from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, boundary_of
 from .data import drawable, on_log_axis, varying
 from .isochrones import bar_ticks, time_span
 from .layout import add_colour_bar, add_heading, figure_of, line_width, new_axes, text_size
-from .plane import BREAKS_DOWN, move_edge, regions_of, set_axis
+from .plane import BREAKS_DOWN, regions_of, set_axis
 from .regions import COLOURS, LOOKS, name_regions, patches, words_for
+from .style import DOTS, joined
 from .units import shown, title_of, units_of
 
 Floats = npt.NDArray[np.float64]
@@ -58,7 +59,7 @@ def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
     for ax, fails, breaks_down, label in drawn:
         for y, style in ((fails, "-"), (breaks_down, ":")):
             if y is not None:
-                ax.plot(x, y, color="black", linestyle=style, linewidth=line_width(ax, 1.2), **points_of(ax, x))
+                ax.plot(x, y, color="black", linewidth=line_width(ax, 1.2), **points_of(ax, x, style))
         ax.set_ylabel(label)
     if np.nanmax(times, initial=0.0) > 10 * np.nanmin(times, initial=np.inf):
         upper.set_yscale("log")
@@ -69,9 +70,10 @@ def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
     return figure_of(upper)
 
 
-def points_of(ax: Axes, x: Floats) -> dict[str, Any]:
-    """Return the points that mark the values of a curve, if they are few."""
-    return {"marker": "." if len(x) <= _FEW else "", "markersize": 0.6 * text_size(ax)}
+def points_of(ax: Axes, x: Floats, linestyle: str) -> dict[str, Any]:
+    """Return the line of a curve and the points that mark its values if they are few."""
+    style = linestyle if joined(len(x)) else DOTS
+    return {"marker": "." if len(x) <= _FEW else "", "markersize": 0.6 * text_size(ax), "linestyle": style}
 
 
 def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> Floats:
@@ -95,12 +97,11 @@ def shade_regions(ax: Axes, ds: xr.Dataset, name: str, units: str) -> Floats:
     """
     parameter, regions = shown(ds, name, units), regions_of(ds)
     edges, x = set_axis(ax, "x", parameter), parameter.values.values
-    program, ratio = str(ds.attrs.get("program", "")), ds["modulus_ratio"].values
-    if name == "field" and agrees(program, ds["field"].values, ratio, ds["outcome"].values):
-        survived, *at_once = (float(limit) * parameter.per(ds["field"]) for limit in limits(program, ratio))
-        move_edge(edges, x, survived)
-        for limit in at_once:
-            edges[np.searchsorted(x, limit)] = np.clip(limit, x[0], x[-1])
+    boundary = boundary_of(ds, (name,))
+    if boundary is not None:
+        survived, at_once = (float(limit[0]) * parameter.per(ds[name]) for limit in boundary.limits[:2])
+        edges[np.searchsorted(x, survived, "right")] = np.clip(survived, x[0], x[-1])
+        edges[np.searchsorted(x, at_once, "left")] = np.clip(at_once, x[0], x[-1])
     ax.set_ylim(ax.get_ylim())  # in some releases of Matplotlib, the shades would widen it
     ends = np.repeat(edges, 2)[1:-1]
     for region, looks in LOOKS.items():
@@ -124,7 +125,7 @@ def head_over_regions(
     edges : (n + 1,) ndarray
         From `shade_regions`.
     regions : (n,) ndarray of int8
-        What becomes of the film at each.
+        Outcome of the film at each.
     handles : sequence of Artist
         For the legend.
     """

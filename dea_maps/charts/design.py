@@ -14,7 +14,8 @@ from ..printable import chart_text
 from .data import check_variables, flagged, on_log_axis
 from .labels import fit_beside, label_ends
 from .layout import add_heading, axes_for, figure_of, line_width, text_size
-from .style import MARKERS, curve_style
+from .style import MARKERS, curve_style, joined
+from .units import micrometres
 
 Floats = npt.NDArray[np.float64]
 
@@ -30,11 +31,12 @@ _DASHES = (0, (3.0, 1.5))
 
 
 def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column") -> Axes:
-    """Draw the voltage that films bear for a time against that time, a line for each of up to eight films.
+    """Draw allowable voltages against the holding time, for up to eight films.
 
-    Where electrical breakdown and not electromechanical instability limits the voltage, a line is dashed. What a film
-    bears for good, if the data set says it, is marked at the right edge. Where the names of the films would take much
-    of the width, they are in the legend and not beside the lines.
+    Few holding times are points, many are curves. Where electrical breakdown and not electromechanical instability
+    limits the voltage, a point is hollow and a line dashed. What a film
+    sustains indefinitely, if the data set says it, is marked at the right edge. Where the names of the films would
+    take much of the width, they are in the legend and not beside the lines.
 
     Parameters
     ----------
@@ -86,29 +88,30 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
         ax.set_xscale("log")
         _name_times(ax)
     broken = _by_breakdown(ds)
-    films = [chart_text(name) for name in ds["film"].values]
+    films = [micrometres(chart_text(name)) for name in ds["film"].values]
+    points = finite
     curves, ends, silent = [], [], []
     for number, (name, voltage, breakdown) in enumerate(zip(films, voltages, broken, strict=True)):
         known = np.isfinite(voltage)
         if not known.any():
             silent.append(name)
             continue
-        style = curve_style(ax, number, len(films))
+        style = curve_style(ax, number, len(films), points)
         _draw_curve(ax, time[:finite], voltage[:finite], breakdown[:finite], style)
         curves.append(Line2D([], [], label=name, **style))
         ends.append((min(time[known][-1], last), voltage[known][-1]))
         if np.isinf(time[known][-1]):
             edge = ax.get_yaxis_transform()
             ax.plot(1.0, voltage[-1], transform=edge, clip_on=False, zorder=3, **_mark(ax, style["color"]))
-    explained = _explained(ax, broken, silent)
+    explained = _explained(ax, broken, silent, joined(points))
     if np.isfinite(voltages[:, finite:]).any():
-        explained.append(Line2D([], [], label="for good", **_mark(ax, "black")))
+        explained.append(Line2D([], [], label="indefinitely", **_mark(ax, "black")))
     names = [str(curve.get_label()) for curve in curves]
     beside = bool(names) and fit_beside(ax, names)
     if may_grow and not beside:
         figure = figure_of(ax)
         figure.set_figheight(figure.get_figheight() + len(curves) * _ROW * text_size(ax) / 72.0)
-    add_heading(ax, ["voltage that a film bears for a time"], explained if beside else [*curves, *explained])
+    add_heading(ax, ["allowable voltage for a holding time"], explained if beside else [*curves, *explained])
     if beside:
         label_ends(ax, ends, names)
     return ax
@@ -117,7 +120,13 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
 def _draw_curve(
     ax: Axes, time: Floats, voltage: Floats, breakdown: npt.NDArray[np.bool_], style: dict[str, Any]
 ) -> None:
-    """Draw what one film bears."""
+    """Draw the allowable voltage of one film."""
+    if not joined(len(time)):
+        ax.plot(time, voltage, **{**style, "marker": ""})
+        for face, part in ((style["color"], ~breakdown), ("white", breakdown)):
+            look = {"linestyle": "", "marker": "o", **style, "markerfacecolor": face}
+            ax.plot(time, np.where(part, voltage, np.nan), **{**look, "linestyle": ""})
+        return
     ax.plot(time, voltage, **{**style, "linestyle": ""})
     for linestyle, part in (("-", ~breakdown), (_DASHES, breakdown)):
         # A line between two points is of the kind of the later one.
@@ -126,7 +135,7 @@ def _draw_curve(
 
 
 def _mark(ax: Axes, colour: Any) -> dict[str, Any]:
-    """Return the look of what a film bears for good."""
+    """Return the look of a voltage that is sustained indefinitely."""
     return {"color": colour, "linestyle": "", "marker": ">", "markersize": 0.6 * text_size(ax)}
 
 
@@ -152,12 +161,16 @@ def _by_breakdown(ds: xr.Dataset) -> npt.NDArray[np.bool_]:
     return flagged(ds["limit"].transpose("film", "holding_time"), "breakdown")
 
 
-def _explained(ax: Axes, broken: npt.NDArray[np.bool_], silent: list[str]) -> list[Artist]:
+def _explained(ax: Axes, broken: npt.NDArray[np.bool_], silent: list[str], curves: bool) -> list[Artist]:
     """Return what a legend has to say."""
     look: dict[str, Any] = {"color": "black", "linewidth": line_width(ax, 1.4)}
+    looks: list[dict[str, Any]] = [{"linestyle": "-"}, {"linestyle": _DASHES}]
+    if not curves:
+        looks = [{"linestyle": "", "marker": "o", "markersize": 0.5 * text_size(ax), "markerfacecolor": face}
+                 for face in ("black", "white")]  # fmt: skip
     handles: list[Artist] = []
     if broken.any():
-        handles.append(Line2D([], [], linestyle="-", label="limited by instability", **look))
-        handles.append(Line2D([], [], linestyle=_DASHES, label="by electrical breakdown", **look))
+        words = ("limited by instability", "by electrical breakdown")
+        handles += [Line2D([], [], label=label, **look, **own) for label, own in zip(words, looks, strict=True)]
     handles += [Line2D([], [], linestyle="", label=f"{name}: no answer") for name in silent]
     return handles

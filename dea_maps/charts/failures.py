@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from ..sweeps.chunks import evenly
-from .boundaries import FAILS_LATER, PROGRAMS
+from ..sweeps.dead_load import has_dead_load
+from .boundaries import FAILS_LATER, boundary_of
 from .choices import check_choice
 from .data import drawable, on_log_axis, parameters_along, sizes_in_words
 from .layout import add_heading, axes_for, line_width
@@ -34,8 +35,9 @@ def failure_curves(
 ) -> Axes:
     r"""Draw what a film does at failure over one parameter, a curve for each of up to six values of another.
 
-    Where electrical breakdown comes first there is no curve. Dashed lines are limits of the theory: the largest field
-    that is survived, the stretch and the field at failure of very slow or very fast loading.
+    Few computed values are points, joined by dotted lines only to guide the eye; many are curves. Where electrical
+    breakdown comes first there is neither. Dashed lines are limits of the theory: the largest value that is survived,
+    and without a dead load the stretch and the field at failure of very slow or very fast loading.
 
     Parameters
     ----------
@@ -45,8 +47,8 @@ def failure_curves(
         As in `dea_maps.charts.phase_diagram`.
     variable : {"time_to_failure", "critical_stretch", "critical_field"}
         What to draw.
-    over : {"field", "rate", "modulus_ratio"}, optional
-        Over which parameter; by default the first of them that varies.
+    over : str, optional
+        Over which parameter; by default the first that varies.
 
     Returns
     -------
@@ -101,14 +103,14 @@ def failure_curves(
 def _draw_curves(ax: Axes, x: Shown, values: xr.DataArray, other: Shown | None) -> str:
     """Draw a curve for each of some values of the other parameter; return what a legend says of them."""
     if other is None:
-        ax.plot(x.values, values, **curve_style(ax, 0, 1))
+        ax.plot(x.values, values, **curve_style(ax, 0, 1, x.values.size))
         return ""
     dim = str(other.values.dims[0])
     _, rising = np.unique(other.values, return_index=True)
     rising = rising[values.notnull().any(x.values.dims).values[rising]]
     chosen = rising[evenly(len(rising), _MOST_CURVES)]
     for number, index in enumerate(chosen):
-        style = curve_style(ax, number, len(chosen))
+        style = curve_style(ax, number, len(chosen), x.values.size)
         ax.plot(x.values, values.isel({dim: index}), label=f"{float(other.values[index]):.4g}", **style)
     return other.label
 
@@ -116,10 +118,16 @@ def _draw_curves(ax: Axes, x: Shown, values: xr.DataArray, other: Shown | None) 
 def _draw_limits(ax: Axes, ds: xr.Dataset, variable: str, over: str, x: Shown, y: Shown) -> None:
     """Draw the limits of the theory that lie on the chart, or near its edge."""
     look: dict[str, Any] = {"color": "0.35", "linewidth": line_width(ax, 1.0), "zorder": 1.5}
-    if over == "field" and ds.attrs.get("program") in PROGRAMS:
-        critical = x.per(ds["field"])
-        if ax.get_xlim()[0] < critical < ax.get_xlim()[1]:
-            ax.axvline(critical, label="survives up to $E_c$", linestyle="-.", **look)
+    along = parameters_along(ds)
+    boundary = boundary_of(ds, tuple(along.values())) if along is not None else None
+    if boundary is not None and boundary.parameter == over:
+        words = "largest survived"
+        for survived in np.unique((x.per(ds[over]) * boundary.limits.survived).round(12)):
+            if ax.get_xlim()[0] < survived < ax.get_xlim()[1]:
+                ax.axvline(survived, label=words, linestyle="-.", **look)
+                words = "_"
+    if has_dead_load(map(str, ds.coords)):
+        return
     if variable == "critical_stretch":
         ax.axhline(_SUDDEN, label="sudden: $2^{1/3}$", linestyle="--", **look)
     if variable == "critical_field":

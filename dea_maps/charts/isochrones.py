@@ -15,6 +15,9 @@ from .layout import figure_of, line_width, text_size
 from .placement import place_on_line
 
 Floats = npt.NDArray[np.float64]
+_SHORT = 0.5
+"""Of the longest piece of a line: shorter ones, which have no label, are left out."""
+
 Span = tuple[float, float]
 """Shortest and longest time of the colours."""
 
@@ -28,7 +31,7 @@ def draw_isolines(
     taken: list[Bbox],
     borders: Floats,
 ) -> None:
-    """Draw lines of equal value and write words on them, where there is room.
+    """Draw lines of equal value with words on them; a line that has no room for its words is left out.
 
     Parameters
     ----------
@@ -56,7 +59,7 @@ def draw_isolines(
     contours = [ax.contour(x, y, values, levels=[level], **look) for level, _ in lines]
     paths = []
     for contour in contours:
-        # At a border, where values change much from cell to cell, there are scraps of lines that only look like dirt.
+        # At a border, where values change much from cell to cell, there are short pieces of lines that say nothing.
         paths.append(_long_pieces(ax, contour.get_paths()[0]))
         contour.set_paths([Path.make_compound_path(*map(Path, paths[-1]))])
     for number, (contour, (_, words)) in enumerate(zip(contours, lines, strict=True)):
@@ -70,14 +73,17 @@ def draw_isolines(
             label = ax.clabel(contour, manual=[place], fmt=words, fontsize=size)[-1]
             label.set_path_effects([withStroke(linewidth=0.25 * size, foreground="white")])
             taken.append(label.get_window_extent())
+        else:
+            contour.remove()
+            paths[number] = []
 
 
 def _long_pieces(ax: Axes, path: Path) -> list[Floats]:
-    """Return the pieces of a line that are longer than a word is."""
+    """Return the pieces of a line that are longer than a word is, and no much shorter than the longest."""
     path.should_simplify = False  # it would be as if the data were pixels
     pieces = [np.asarray(piece) for piece in path.to_polygons(closed_only=False)]
     lengths = [np.hypot(*np.diff(ax.transData.transform(piece), axis=0).T).sum() for piece in pieces]
-    least = 2.0 * text_size(ax) * figure_of(ax).dpi / 72.0
+    least = max(2.0 * text_size(ax) * figure_of(ax).dpi / 72.0, _SHORT * max(lengths, default=0.0))
     return [piece for piece, length in zip(pieces, lengths, strict=True) if length > least]
 
 

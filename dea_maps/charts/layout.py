@@ -1,7 +1,7 @@
 """Layout of charts: axes on a page, and title, legend and colour bar beside them."""
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,9 @@ from .choices import SIZES, check_choice
 Floats = npt.NDArray[np.float64]
 
 _ROUNDING = 1e-9
+_PICTURE = "loading program"
+_PICTURE_WIDTH, _PICTURE_HEIGHT = 0.3, 2.2
+"""Of the small picture of a loading program: in widths of the axes, and in heights of the words."""
 
 
 def axes_for(ax: Axes | None, size: str) -> Axes:
@@ -46,7 +49,7 @@ def axes_for(ax: Axes | None, size: str) -> Axes:
 
 
 def new_axes(size: str, rows: int = 1, columns: int = 1, tall: float = 1.0) -> list[Axes]:
-    """Return axes on a new figure, which keeps room for all that stands beside them.
+    """Return axes on a new figure, which keeps room for all that is drawn beside them.
 
     Parameters
     ----------
@@ -142,7 +145,13 @@ def add_colour_bar(
         bar.ax.set_position((x0 - over / axes[0].figure.bbox.width, y0, width, height))
 
 
-def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), heading: str = "") -> None:
+def add_heading(
+    ax: Axes,
+    title: Sequence[str],
+    handles: Sequence[Artist] = (),
+    heading: str = "",
+    course: tuple[Floats, Floats] | None = None,
+) -> None:
     """Write title and legend above axes, and settle the layout.
 
     Parameters
@@ -155,28 +164,75 @@ def add_heading(ax: Axes, title: Sequence[str], handles: Sequence[Artist] = (), 
         For a legend.
     heading : str
         What the legend is about.
+    course : tuple of ndarray, optional
+        Times and fields of a small picture of the loading program, beside the title.
     """
-    text = text_size(ax)
     settle(ax)
+    width = ax.get_window_extent().width
+    _write_heading(ax, title, handles, heading, course)
+    if figure_of(ax).get_layout_engine() is not None and ax.get_window_extent().width < width - 1.0:
+        _write_heading(ax, title, handles, heading, course)  # other numbers at the ticks have made it narrower
+
+
+def _write_heading(
+    ax: Axes, title: Sequence[str], handles: Sequence[Artist], heading: str, course: tuple[Floats, Floats] | None
+) -> None:
+    text = text_size(ax)
+    for child in [child for child in ax.child_axes if child.get_label() == _PICTURE]:
+        child.remove()
     inches = _height_of_ticks(ax)
     if handles:
         high = _legend(ax, handles, heading, inches).get_window_extent().height
         inches += high / figure_of(ax).dpi
     if figure_of(ax).get_layout_engine() is None:
         shrink(ax, top=inches * figure_of(ax).dpi)
+    room = ax.get_window_extent().width * (1.0 - (_PICTURE_WIDTH if course is not None else 0.0))
+    ax.set_title(
+        "\n".join(_in_lines(ax, title, room)), loc="left", fontsize=text, y=1.0, pad=72.0 * inches + 0.5 * text
+    )
+    if course is not None:
+        _draw_program(ax, inches, course)
+    settle(ax)
+
+
+def _in_lines(ax: Axes, title: Sequence[str], room: float) -> list[str]:
+    """Return the parts of a title in lines that are no wider; a part is broken only where it is wider itself."""
+
+    def fits(words: str) -> bool:
+        trial = ax.text(0.0, 0.0, words, fontsize=text_size(ax))
+        width = trial.get_window_extent().width
+        trial.remove()
+        return bool(width <= room)
+
     lines = [""]
     for part in title:
-        longer = f"{lines[-1]}, {part}" if lines[-1] else part
-        words = ax.text(0.0, 0.0, longer, fontsize=text)
-        fits = words.get_window_extent().width <= ax.get_window_extent().width
-        words.remove()
-        if fits or not lines[-1]:
-            lines[-1] = longer
-        else:
-            lines[-1] += ","
-            lines.append(part)
-    ax.set_title("\n".join(lines), loc="left", fontsize=text, y=1.0, pad=72.0 * inches + 0.5 * text)
-    settle(ax)
+        gap = ", "
+        for words in [part] if fits(part) else part.split():
+            longer = f"{lines[-1]}{gap}{words}" if lines[-1] else words
+            if fits(longer) or not lines[-1]:
+                lines[-1] = longer
+            else:
+                lines[-1] += gap.rstrip()
+                lines.append(words)
+            gap = " "
+    return lines
+
+
+def _draw_program(ax: Axes, inches: float, course: tuple[Floats, Floats]) -> None:
+    """Draw field against time, small, right of the title, so high above axes."""
+    text = text_size(ax)
+    place = ax.transAxes + ScaledTranslation(0.0, inches + 0.5 * text / 72.0, figure_of(ax).dpi_scale_trans)
+    high = _PICTURE_HEIGHT * text * figure_of(ax).dpi / 72.0 / ax.get_window_extent().height
+    bounds = (1.08 - _PICTURE_WIDTH, 1.0, _PICTURE_WIDTH - 0.1, high)
+    picture = ax.inset_axes(bounds, transform=place, label=_PICTURE)
+    time, field = course
+    picture.plot(time, field, color="black", linewidth=line_width(ax, 1.0), clip_on=False)
+    picture.axhline(0.0, color="0.6", linewidth=line_width(ax, 0.6), zorder=0.5)
+    picture.set(xticks=[], yticks=[], xlim=(time[0], time[-1]))
+    picture.spines[:].set_visible(False)
+    look: dict[str, Any] = {"fontsize": 0.8 * text, "transform": picture.transAxes}
+    picture.text(-0.04, 0.5, "$E$", ha="right", va="center", **look)
+    picture.text(1.04, 0.0, "$t$", ha="left", va="center", **look)
 
 
 def figure_of(ax: Axes) -> Figure:

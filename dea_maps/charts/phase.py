@@ -14,6 +14,7 @@ from .data import drawable, parameters_along, sizes_in_words
 from .isochrones import Span, bar_ticks, draw_isolines, isochrone_levels, time_span
 from .layout import add_colour_bar, add_heading, axes_for, figure_of, new_axes, settle, text_size
 from .plane import Plane, plane_of, set_axes
+from .program import small_course
 from .regions import COLOURS, LOOKS, name_regions, paint_regions, paint_values, patches
 from .units import Shown, shown, time_in_words, title_of, units_of
 
@@ -26,7 +27,9 @@ def phase_diagram(ds: xr.Dataset, ax: Axes | None = None, *, units: str | None =
     """Draw a map over two parameters.
 
     Time to failure is shown in colour and by isochrones; the regions where the film survives, fails at once, breaks
-    down first or is unresolved are named in place. Where the theory says exactly where a region ends, it is drawn so.
+    down first or is unresolved are named in place. A small picture beside the title is the loading program at the
+    middle of the parameters. Where regions end is found by `dea_maps.allowable`, not read off
+    the cells, if one of the parameters is a field, a share or a time.
 
     Parameters
     ----------
@@ -73,14 +76,15 @@ def phase_diagram(ds: xr.Dataset, ax: Axes | None = None, *, units: str | None =
     span = time_span(plane.only(FAILS_LATER).compressed())
     borders = _paint(ax, plane, span)
     _add_bar([ax], [plane], span, time)
-    add_heading(ax, title_of(ds, units))
+    course = small_course(ds)
+    add_heading(ax, title_of(ds, units), course=course)
     places_x, places_y, regions = plane.fine()
     places = {region: regions == region for region in LOOKS}
     names, unnamed = name_regions(ax, places_x, places_y, places)
     for name in names:  # a trial: a legend for the others takes room
         name.remove()
     if unnamed:
-        add_heading(ax, title_of(ds, units), patches(unnamed))
+        add_heading(ax, title_of(ds, units), patches(unnamed), course=course)
     _write(ax, plane, span, time.unit, unnamed, borders)
     return ax
 

@@ -7,22 +7,46 @@ import numpy.typing as npt
 import xarray as xr
 from matplotlib.axes import Axes
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from ..sweeps.chunks import evenly
-from .boundaries import UNRESOLVED, Outcomes, agrees, limits, outcome_in_theory
+from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, boundary_of
 from .data import cell_edges, flagged, on_log_axis
 from .units import Shown, shown
 
 Floats = npt.NDArray[np.float64]
 
-BREAKS_DOWN = len(OUTCOMES)
+BREAKS_DOWN = len(Outcome)
 """The region where electrical breakdown comes before anything else, beside the outcomes."""
 
 _MOST_CELLS = 800
 """Cells along an axis that a chart can still show; of more, some are left out."""
 
 _FINE = 400
-"""Places along an axis at which the theory is asked."""
+"""Places along an axis at which boundaries are drawn."""
+
+
+class Curves(NamedTuple):
+    """Boundaries of the regions of a map, as its axes show them.
+
+    Attributes
+    ----------
+    axis : {"x", "y"}
+        That of the parameter whose limits they are.
+    places : (n,) ndarray
+        Rising values along the other axis.
+    survived, at_once : (n,) ndarray
+        The largest value that is survived, and the least that fails at once, infinite where there is none.
+    """
+
+    axis: str
+    places: Floats
+    survived: Floats
+    at_once: Floats
+
+    def points(self) -> list[Floats]:
+        """Return (n, 2) points on each curve that there is."""
+        curves = [limit for limit in (self.survived, self.at_once) if np.isfinite(limit).any()]
+        return [np.column_stack([limit, self.places][:: 1 if self.axis == "x" else -1]) for limit in curves]
 
 
 class Plane(NamedTuple):
@@ -36,28 +60,22 @@ class Plane(NamedTuple):
         What is mapped.
     regions : (ny, nx) ndarray of int8
         Outcomes, or `BREAKS_DOWN`.
-    program : str
-        The loading program if the theory bounds the regions, empty if the cells do.
-    critical : float
-        The relaxed critical field, as `x` is shown.
-    ratio : (ny,) ndarray
-        Modulus ratio of each row.
+    curves : Curves or None
+        What bounds the regions; None if the cells do.
     """
 
     x: Shown
     y: Shown
     values: Floats
     regions: Outcomes
-    program: str
-    critical: float
-    ratio: Floats
+    curves: Curves | None
 
     def only(self, *regions: int) -> "np.ma.MaskedArray[Any, Any]":
         """Return the values, masked outside some regions."""
         return np.ma.masked_where(~np.isin(self.regions, regions) | ~np.isfinite(self.values), self.values)
 
     def fine(self) -> tuple[Floats, Floats, Outcomes]:
-        """Return regions on a grid so fine that its cells are not seen, if the theory bounds them.
+        """Return regions on a grid so fine that its cells are not seen, if curves bound them.
 
         Returns
         -------
@@ -67,29 +85,21 @@ class Plane(NamedTuple):
         regions : (ny, nx) ndarray of int8
         """
         x, y = self.x.values.values, self.y.values.values
-        if not self.program:
+        if self.curves is None:
             return x, y, self.regions
         fine_x, fine_y = _fine(x), _fine(y)
-        ratio = np.interp(fine_y, y, self.ratio)
-        regions = outcome_in_theory(self.program, fine_x / self.critical, ratio[:, np.newaxis])
+        if self.curves.axis == "x":
+            value, survived, at_once = fine_x, self.curves.survived[:, np.newaxis], self.curves.at_once[:, np.newaxis]
+        else:
+            value, survived, at_once = fine_y[:, np.newaxis], self.curves.survived, self.curves.at_once
+        regions = np.select([value >= at_once, value <= survived], [FAILS_AT_ONCE, SURVIVES], FAILS_LATER)
         here = self.regions[np.ix_(_nearest(y, fine_y), _nearest(x, fine_x))]
         return fine_x, fine_y, np.where(here >= UNRESOLVED, here, regions)
-
-    def boundaries(self) -> list[Floats]:
-        """Return (n, 2) points on each line of the theory between regions; none if the cells bound them."""
-        if not self.program:
-            return []
-        y = _fine(self.y.values.values)
-        ratio = np.interp(y, self.y.values.values, self.ratio)
-        return [np.column_stack([limit * self.critical, y]) for limit in limits(self.program, ratio)]
 
 
 def set_axes(ax: Axes, plane: Plane) -> tuple[Floats, Floats]:
     """Set both axes of a map, and return the edges of its cells along them."""
-    x_edges, y_edges = set_axis(ax, "x", plane.x), set_axis(ax, "y", plane.y)
-    if plane.program:
-        move_edge(x_edges, plane.x.values.values, plane.critical)
-    return x_edges, y_edges
+    return set_axis(ax, "x", plane.x), set_axis(ax, "y", plane.y)
 
 
 def plane_of(ds: xr.Dataset, x: tuple[str, str], y: tuple[str, str], values: xr.DataArray, units: str) -> Plane:
@@ -112,19 +122,22 @@ def plane_of(ds: xr.Dataset, x: tuple[str, str], y: tuple[str, str], values: xr.
         chosen[dim] = rising[evenly(len(rising), _MOST_CELLS)]
     part = ds.assign(values=values).isel(chosen).transpose(y[0], x[0], ...)
     across, up = shown(part, x[1], units), shown(part, y[1], units)
-    outcome, program = part["outcome"].values, str(ds.attrs.get("program", ""))
-    field = part[x[1]].values.astype(np.float64)
-    ratio = np.broadcast_to(part["modulus_ratio"].values.astype(np.float64), len(part[y[0]]))
-    bounded = x[1] == "field" and agrees(program, field, ratio[:, np.newaxis], outcome)
-    return Plane(
-        across,
-        up,
-        part["values"].values.astype(np.float64),
-        regions_of(part),
-        program if bounded else "",
-        across.per(part[x[1]]),
-        ratio,
-    )
+    curves = _curves(part, (x[1], y[1]), (across, up))
+    return Plane(across, up, part["values"].values.astype(np.float64), regions_of(part), curves)
+
+
+def _curves(part: xr.Dataset, names: tuple[str, str], axes: tuple[Shown, Shown]) -> Curves | None:
+    """Return the boundaries on a map over two parameters, as its axes show them."""
+    logs = {name: on_log_axis(axis.values.values) for name, axis in zip(names, axes, strict=True)}
+    boundary = boundary_of(part, names, logs)
+    if boundary is None:
+        return None
+    of_limit, of_places = axes if boundary.parameter == names[0] else axes[::-1]
+    other = next(name for name in names if name != boundary.parameter)
+    places = _fine(of_places.values.values)
+    unit = of_limit.per(part[boundary.parameter])
+    survived, at_once = boundary.at(places / of_places.per(part[other]), logs[other])
+    return Curves("x" if boundary.parameter == names[0] else "y", places, unit * survived, unit * at_once)
 
 
 def regions_of(ds: xr.Dataset) -> Outcomes:
@@ -164,21 +177,6 @@ def set_axis(ax: Axes, which: str, quantity: Shown) -> Floats:
         }
     )
     return cell_edges(values, log)
-
-
-def move_edge(edges: Floats, values: Floats, survived: float) -> None:
-    """Move the edge between the cells on either side of the largest field that is survived to this field.
-
-    Parameters
-    ----------
-    edges : (n + 1,) ndarray
-        From `set_axis`; changed in place.
-    values : (n,) ndarray
-        Rising fields, as the axis has them.
-    survived : float
-        Likewise.
-    """
-    edges[np.searchsorted(values, survived, "right")] = np.clip(survived, values[0], values[-1])
 
 
 def _fine(values: Floats) -> Floats:

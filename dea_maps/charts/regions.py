@@ -9,22 +9,23 @@ from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Colormap, ListedColormap, Normalize
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 from matplotlib.text import Text
 from scipy import ndimage
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes
 from .layout import line_width, text_size
 from .placement import place_inside
-from .plane import BREAKS_DOWN, Plane
+from .plane import BREAKS_DOWN, Curves, Plane
 
 Floats = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Masked: TypeAlias = "np.ma.MaskedArray[Any, Any]"
 
 COLOURS: Colormap = ListedColormap(colormaps["viridis"](np.linspace(0.25, 1.0, 256)), name="time to failure")
-"""Luminance rises all along, and nowhere is so dark that a black line is lost."""
+"""Luminance rises all along, and nowhere is so dark that a black line is not seen."""
 
 LOOKS: Mapping[int, dict[str, Any]] = {
     SURVIVES: {"facecolor": "0.94", "edgecolor": "black"},
@@ -33,13 +34,13 @@ LOOKS: Mapping[int, dict[str, Any]] = {
     BREAKS_DOWN: {"facecolor": "white", "edgecolor": "0.4", "hatch": "xxx"},
 }
 
-_VALUES, _THEORY, _CELLS = 0.5, 0.6, 0.7
+_VALUES, _CURVES, _CELLS = 0.5, 0.6, 0.7
 """What lies upon what; lines lie just above what they border."""
 
 
 def words_for(region: int) -> str:
     """Return the name of a region."""
-    return "breaks down first" if region == BREAKS_DOWN else OUTCOMES[region].replace("_", " ")
+    return "breaks down first" if region == BREAKS_DOWN else Outcome(region).name.lower().replace("_", " ")
 
 
 def paint_values(
@@ -47,7 +48,7 @@ def paint_values(
 ) -> Masked:
     """Paint the values of some regions in colours.
 
-    Where the theory bounds regions, colours reach under those that are painted upon them, and no steps are seen.
+    Where curves bound regions, colours reach up to them, and no steps are seen.
 
     Parameters
     ----------
@@ -68,26 +69,24 @@ def paint_values(
         The values.
     """
     regions = tuple(regions)
-    values = plane.only(*regions)
-    # Where electrical breakdown comes first, the lines of the theory are not seen.
+    values = shown = plane.only(*regions)
+    # Where electrical breakdown comes first, the boundaries of the instability are not seen.
     order = _CELLS if BREAKS_DOWN in regions else _VALUES
-    ax.pcolormesh(x_edges, y_edges, values, norm=norm, cmap=COLOURS, rasterized=True, zorder=order)
     known = ~np.ma.getmaskarray(values)
-    fringe = ndimage.binary_dilation(known, np.ones((3, 3), bool)) & ~known & (plane.regions == FAILS_AT_ONCE)
-    if plane.program and FAILS_LATER in regions and fringe.any():
+    bounded = plane.curves is not None and BREAKS_DOWN not in regions and known.any()
+    if bounded:
         nearest = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
-        row, column = np.nonzero(fringe)
-        corners = _corners(x_edges, y_edges, row, column, column + 1)
-        colours = COLOURS(norm(plane.values[tuple(nearest)][fringe]))
-        look: dict[str, Any] = {"linewidth": 0.0, "antialiased": False, "rasterized": True, "zorder": _VALUES}
-        ax.add_collection(PolyCollection(list(corners), facecolors=colours, **look), autolim=False)
+        shown = np.ma.masked_where(plane.regions >= UNRESOLVED, plane.values[tuple(nearest)])
+    mesh = ax.pcolormesh(x_edges, y_edges, shown, norm=norm, cmap=COLOURS, rasterized=True, zorder=order)
+    if bounded and plane.curves is not None:
+        mesh.set_clip_path(_side(ax, plane.curves, SURVIVES in regions))
     return values
 
 
 def paint_regions(ax: Axes, plane: Plane, x_edges: Floats, y_edges: Floats, skipped: Iterable[int]) -> Floats:
     """Paint regions over the values of a map, and draw their borders.
 
-    Where the theory bounds regions, it is drawn as such, and cells are not seen.
+    Where curves bound regions, these are drawn, and cells are not seen.
 
     Parameters
     ----------
@@ -105,10 +104,10 @@ def paint_regions(ax: Axes, plane: Plane, x_edges: Floats, y_edges: Floats, skip
     (n, 2) ndarray
         Points on the borders, in data coordinates.
     """
-    skipped, lines = set(skipped), plane.boundaries()
-    by_cells = plane.regions
-    if lines:
-        _paint_theory(ax, lines, skipped)
+    skipped, by_cells = set(skipped), plane.regions
+    lines = [] if plane.curves is None else plane.curves.points()
+    if plane.curves is not None:
+        _paint_sides(ax, plane.curves, skipped)
         by_cells = np.where(by_cells >= UNRESOLVED, by_cells, FAILS_LATER).astype(np.int8)
         skipped.add(FAILS_LATER)
     for region in LOOKS.keys() - skipped:
@@ -173,14 +172,26 @@ def patches(regions: Iterable[int]) -> list[Patch]:
     return [Patch(label=words_for(region), **LOOKS[region]) for region in regions]
 
 
-def _paint_theory(ax: Axes, lines: list[Floats], skipped: Iterable[int]) -> None:
-    """Paint what lies before the first line, and beyond the second, and the lines."""
-    for line, region, frame in zip(lines, (SURVIVES, FAILS_AT_ONCE), ax.get_xlim(), strict=False):
-        x, y = line.T
-        inside = np.clip(x, *ax.get_xlim())
+def _paint_sides(ax: Axes, curves: Curves, skipped: Iterable[int]) -> None:
+    """Paint what lies below the first curve and beyond the second, and the curves."""
+    limits = ax.get_xlim() if curves.axis == "x" else ax.get_ylim()
+    fill = ax.fill_betweenx if curves.axis == "x" else ax.fill_between
+    for curve, region, frame in zip((curves.survived, curves.at_once), (SURVIVES, FAILS_AT_ONCE), limits, strict=True):
+        inside = np.clip(curve, *limits)
         if region not in skipped and (inside != frame).any():
-            ax.fill_betweenx(y, inside, frame, **LOOKS[region], linewidth=0.0, zorder=_THEORY)
-        ax.plot(x, y, color="black", linewidth=line_width(ax, 1.2), scalex=False, scaley=False, zorder=_THEORY + 0.05)
+            fill(curves.places, inside, frame, **LOOKS[region], linewidth=0.0, zorder=_CURVES)
+    for line in curves.points():
+        look: dict[str, Any] = {"color": "black", "linewidth": line_width(ax, 1.2), "zorder": _CURVES + 0.05}
+        ax.plot(*line.T, scalex=False, scaley=False, **look)
+
+
+def _side(ax: Axes, curves: Curves, below: bool) -> PathPatch:
+    """Return the part of axes on one side of the largest values that are survived."""
+    limits = ax.get_xlim() if curves.axis == "x" else ax.get_ylim()
+    inside, places = np.clip(curves.survived, *limits), curves.places
+    frame = limits[0] if below else limits[1]
+    corners = [[*inside, frame, frame], [*places, places[-1], places[0]]]
+    return PathPatch(Path(np.transpose(corners if curves.axis == "x" else corners[::-1])), transform=ax.transData)
 
 
 def _cells(x_edges: Floats, y_edges: Floats, region: npt.NDArray[np.bool_]) -> Floats:

@@ -8,13 +8,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..atomic import PathLike, check_writable, replacing
+from .boundaries import FAILS_LATER
 from .choices import CHARTS, SIZES, check_choice
 from .curves import failure_over, sample_points
+from .cycles import cycles_chart
 from .data import check_variables, drawable, parameters_along, sizes_in_words
 from .design import design_chart
 from .failures import failure_curves
+from .hysteresis import hysteresis_loops
 from .layout import figure_of
 from .phase import phase_diagram, phase_panels
+from .program import program_chart
 from .stretches import stretch_chart
 from .time_curves import trajectories
 
@@ -22,9 +26,14 @@ SUFFIXES = (".png", ".svg", ".pdf")
 """Kinds of files that a chart can be written as."""
 
 _DOTS_PER_INCH = 300
+_MOST_AS_CURVES = 3
+"""So many values of a parameter or fewer are curves, not blocks of a map."""
 _DRAWN: Mapping[str, Callable[..., Axes]] = {
     "failure_curves": failure_curves,
     "stretch_chart": stretch_chart,
+    "cycles_chart": cycles_chart,
+    "hysteresis_loops": hysteresis_loops,
+    "program_chart": program_chart,
     "trajectories": trajectories,
     "design_chart": design_chart,
 }
@@ -34,8 +43,9 @@ def plot(ds: xr.Dataset, path: PathLike, chart: str = "auto", size: str = "colum
     """Draw a chart and write it to a file.
 
     By itself it is the one that suits the data set: a design chart of the allowable voltages of films, curves over time
-    of trajectories; of a map over one parameter curves, over two a phase diagram, over three up to four phase diagrams
-    side by side; of scattered samples points over the first two parameters that vary.
+    of trajectories; of a map over one parameter curves, over two a phase diagram, or curves for two or three values of
+    one of them, over three up to four phase diagrams side by side; of scattered samples points over the
+    first two parameters that vary.
 
     Parameters
     ----------
@@ -156,6 +166,9 @@ def draw(ds: xr.Dataset, chart: str = "auto", size: str = "column") -> Figure:
     along = parameters_along(ds)
     if along is not None and len(along) == 3:
         return phase_panels(ds, size)
+    if chart == "auto" and along is not None and len(along) == 2 and _is_narrow(ds, along):
+        over = max(along, key=lambda dim: ds.sizes[dim])
+        return figure_of(failure_curves(ds, over=along[over], size=size))
     if chart == "phase_diagram" or (along is not None and len(along) == 2):
         return figure_of(phase_diagram(ds, size=size))
     if along is None:
@@ -166,3 +179,9 @@ def draw(ds: xr.Dataset, chart: str = "auto", size: str = "column") -> Figure:
         f"a chart needs one to three dimensions longer than 1; got {sizes_in_words(ds)}: "
         "select values with ds.sel or ds.isel"
     )
+
+
+def _is_narrow(ds: xr.Dataset, along: Mapping[str, str]) -> bool:
+    """Tell whether a map has so few values of a parameter that they are curves, and films that fail later."""
+    fewest = min(ds.sizes[dim] for dim in along)
+    return fewest <= _MOST_AS_CURVES and bool((ds["outcome"] == FAILS_LATER).any())

@@ -1,4 +1,4 @@
-"""How far a film stretches before it fails, or for good where it survives."""
+"""The largest stretch of a film: before it fails, or as t -> infinity where it survives."""
 
 import numpy as np
 import xarray as xr
@@ -73,7 +73,7 @@ def _curve(ax: Axes, ds: xr.Dataset, name: str, units: str) -> None:
     x = shown(ds, name, units).values.values
     for words, style, stretch in zip(_ENDS, ("-", "--", ":"), _stretches(ds), strict=True):
         if stretch.notnull().any():
-            line = {"color": "black", "linestyle": style, "linewidth": line_width(ax, 1.2), **points_of(ax, x)}
+            line = {"color": "black", "linewidth": line_width(ax, 1.2), **points_of(ax, x, style)}
             ax.plot(x, stretch.values, label=words, **line)
     ax.set(ylabel=_LABEL)
     edges = shade_regions(ax, ds, name, units)

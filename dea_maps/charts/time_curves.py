@@ -104,7 +104,7 @@ def trajectories(
             ended.add(how)
         values = [float(parameter.values.isel(film, missing_dims="ignore")) for parameter in parameters]
         label = ", ".join(f"{value:.4g}" for value in values)
-        (line,) = ax.plot(x, curve, label=label, **curve_style(ax, number, len(films)))
+        (line,) = ax.plot(x, curve, label=label, **curve_style(ax, number, len(films), ds.sizes["time"]))
         if len(films) > 1:
             handles.append(line)
     handles += [Line2D([], [], label=how, **_mark(ax, how)) for how in _ENDS if how in ended]
@@ -132,7 +132,7 @@ def _end(film: xr.Dataset, variable: str) -> tuple[str, float, float]:
         when, value = float(film["time_to_breakdown"]), np.nan
         if _AT_BREAKDOWN.get(variable) in film:
             value = float(film[_AT_BREAKDOWN[variable]])
-        elif when > 0.0:  # at once is while the field is switched on, of which the times know nothing
+        elif when > 0.0:  # at once is while the field is switched on, which is before the first of the times
             value = float(np.interp(when, film["time"], film[variable], left=np.nan))
         return "electrical breakdown", when, value
     if "time_to_failure" not in film or not np.isfinite(film["time_to_failure"]):

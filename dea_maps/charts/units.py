@@ -1,5 +1,6 @@
 """Quantities as charts show them: in ratios and relaxation times, or in volts and seconds."""
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ import xarray as xr
 from ..nomenclature import NOMENCLATURE, SI_NAMES, axis_label, quantity_of, si_name
 from ..printable import chart_text
 from ..program_text import kinds_in
+from ..programs import PROGRAMS
 from .choices import UNITS, check_choice
 
 _WORDS = {
@@ -20,6 +22,8 @@ _WORDS = {
     "applied_voltage": "voltage",
     "true_field": "true field",
 }
+_VOLTS = {"field": "voltage"}
+"""What is added to the name of a parameter of a kind that does not say it, as a bias."""
 _SCALES = {
     "V": ((1e3, "kV"), (1.0, "V")),
     "V s-1": ((1.0, "V/s"),),
@@ -40,7 +44,7 @@ class Shown(NamedTuple):
     label : str
         Words and symbol or unit, for an axis.
     symbol : str
-        For an equation.
+        For an equation; words where the quantity has none.
     unit : str
         Empty for a plain ratio.
     """
@@ -51,8 +55,8 @@ class Shown(NamedTuple):
     unit: str
 
     def equation(self) -> str:
-        """Return the symbol and the value, which must be one."""
-        return f"{self.symbol} = {self.in_words(self.values.item())}"
+        """Return the symbol, or else the words, and the value, which must be one."""
+        return f"{self.symbol or self.label} = {self.in_words(float(self.values.values.flat[0]))}"
 
     def per(self, plain: xr.DataArray) -> float:
         """Return what 1 of the same quantity is worth here, as `plain` has it."""
@@ -108,16 +112,20 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
     >>> shown(ds, "field", "si").label, shown(ds, "field", "tau").label
     ('voltage (kV)', 'field $E/E_c$')
     """
-    kinds = kinds_in(ds.coords, ds.attrs)
+    kinds, plain, words = kinds_in(ds.coords, ds.attrs), name, ""
     twin = si_name(name, kinds.get(name))
     if units == "si" and twin is not None and twin in ds.variables:
         name = twin
     values = ds[name].astype(np.float64)
     if name in NOMENCLATURE or name in kinds:
-        symbol = quantity_of(name).symbol
-        return Shown(values, axis_label(name), symbol, "")
+        quantity = quantity_of(name)
+        return Shown(values, axis_label(name), quantity.symbol or quantity.label, "")
     greatest = float(np.abs(values).max()) if values.size else 0.0
-    words = _WORDS.get(name, chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
+    if name == twin and plain in kinds:
+        of_kind = _VOLTS.get(kinds[plain], "")
+        words = quantity_of(plain).label.replace("field", "voltage")
+        words += "" if of_kind in words else f" {of_kind}"
+    words = _WORDS.get(name, words or chart_text(ds[name].attrs.get("long_name", name.replace("_", " "))))
     unit = chart_text(ds[name].attrs.get("units", "1"))
     scales = _SCALES.get(unit, ((1.0, "" if unit == "1" else unit),))
     factor, unit = next((scale for scale in scales if scale[0] <= greatest), scales[-1])
@@ -125,7 +133,7 @@ def shown(ds: xr.Dataset, name: str, units: str) -> Shown:
 
 
 def title_of(ds: xr.Dataset, units: str) -> list[str]:
-    """Return the loading program, what is the same in all of a data set, and in SI units of what film.
+    """Return in words the loading program, what is the same in all of a data set, and in SI units of what film.
 
     Parameters
     ----------
@@ -135,12 +143,28 @@ def title_of(ds: xr.Dataset, units: str) -> list[str]:
         Of the chart.
     """
     fixed = [shown(ds, name, units).equation() for name in kinds_in(ds.coords, ds.attrs) if ds[name].size == 1]
+    if "relaxed_threshold" in ds.coords and ds["relaxed_threshold"].size == 1:
+        fixed.append(f"relaxed threshold {float(ds['relaxed_threshold'].values.flat[0]):.4g} $E_c$")
     film = []
     if units == "si" and "thickness_in_m" in ds.attrs:
         film = [chart_text(ds.attrs["material"])] if ds.attrs.get("material") else []
         film.append(f"{float(ds.attrs['thickness_in_m']) * 1e6:.4g} µm")
-    program = chart_text(ds.attrs.get("program", "")).replace("_", " ")
-    return [*([program] if program else []), *fixed, *film]
+    named = PROGRAMS.get(str(ds.attrs.get("program", "")))
+    program = [] if named is None else [named.words]
+    if units == "si":
+        program = [words.replace("field", "voltage") for words in program]
+    return [*program, *fixed, *film]
+
+
+def micrometres(name: str) -> str:
+    """Return the name of a film with the sign of the micrometre, which files spell in ASCII.
+
+    Examples
+    --------
+    >>> micrometres("VHB, 100 um")
+    'VHB, 100 µm'
+    """
+    return re.sub(r"(?<=\d) um\b", " µm", name)
 
 
 def time_in_words(time: float, unit: str) -> str:

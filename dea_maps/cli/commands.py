@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from ..atomic import check_writable
 from .streams import say
 
 MAP_SUFFIX = ".nc"
@@ -32,35 +33,42 @@ def _checking_input() -> Iterator[None]:
 
 
 def sweep(arguments: argparse.Namespace) -> None:
-    """Solve a specification into a file."""
+    """Solve a specification into a file, or into one for every film."""
     from ..files.netcdf import open_map
-    from ..files.to_netcdf import planned_file, sweep_to_netcdf
+    from ..files.to_netcdf import planned_file, write
     from ..materials.scales import scales_of
-    from .specification import read_specification, thinned
+    from .specification import read_specifications
     from .summary import describe_plan, one_line
 
     storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
     with _checking_input():
-        spec = read_specification(arguments.specification)
+        specs = read_specifications(arguments.specification)
         if arguments.variables is not None:
             storing["variables"] = arguments.variables.split(",")
-        parameters = thinned(spec.parameters) if arguments.quick else spec.parameters
-        film = {"material": spec.material, "thickness": spec.thickness}
-        asked = {**parameters, **spec.accuracy, **storing, **film}
         _check_other(arguments.output, arguments.specification, "the specification")
         if Path(arguments.output).suffix.lower() != MAP_SUFFIX:
             raise ValueError(f"a map must be a file ending in {MAP_SUFFIX}; got {arguments.output}")
-        plan = planned_file(arguments.output, spec.program, **asked)
+        paths = _numbered(arguments.output, len(specs))
+        requests = [spec.request(arguments.quick) for spec in specs]
+        plans = [planned_file(path, request, **storing) for path, request in zip(paths, requests, strict=True)]
     if arguments.dry_run:
-        say(describe_plan(plan, arguments.fresh))
+        say("\n\n".join(describe_plan(plan, arguments.fresh) for plan in plans))
         return
-    if plan.film is not None and not arguments.quiet:
-        say(str(scales_of(plan.hollow())))
-    progress = sys.stderr.isatty() and not arguments.quiet
-    sweep_to_netcdf(arguments.output, spec.program, **asked, fresh=arguments.fresh, progress=progress)
-    if not arguments.quiet:
-        with open_map(arguments.output) as ds:
-            say(f"{arguments.output}: {one_line(ds)}")
+    for path, plan in zip(paths, plans, strict=True):
+        if plan.film is not None and not arguments.quiet:
+            say(str(scales_of(plan.hollow())))
+        write(plan, arguments.fresh, progress=sys.stderr.isatty() and not arguments.quiet)
+        if not arguments.quiet:
+            with open_map(path) as ds:
+                say(f"{path}: {one_line(ds)}")
+
+
+def _numbered(output: str, number: int) -> list[str]:
+    """Return the files of several films, ``map_1.nc`` and so on; of one, the file itself."""
+    if number == 1:
+        return [output]
+    stem, suffix = os.path.splitext(output)
+    return [f"{stem}_{film}{suffix}" for film in range(1, number + 1)]
 
 
 def _check_other(output: str, read: str, what: str) -> None:
@@ -82,7 +90,7 @@ def plot(arguments: argparse.Namespace) -> None:
 
 
 def explore(arguments: argparse.Namespace) -> None:
-    """Make a page to look around in a map."""
+    """Make an interactive HTML page of a map."""
     from ..explorer.export import check_page_path, draw, save
     from ..files.verify import open_any
 
@@ -94,7 +102,7 @@ def explore(arguments: argparse.Namespace) -> None:
 
 
 def design(arguments: argparse.Namespace) -> None:
-    """Print the largest voltages that films take, and draw them."""
+    """Print the allowable voltages of films, and draw them."""
     from ..charts.select import check_chart_path, draw, save
     from ..limits.voltages import describe_design, read_design
 
@@ -109,20 +117,62 @@ def design(arguments: argparse.Namespace) -> None:
         save(figure, arguments.output)
 
 
+def ask(arguments: argparse.Namespace) -> None:
+    """Answer a question about one film."""
+    from .ask import answer, in_words, question_of
+
+    with _checking_input():
+        found = answer(question_of(arguments))
+    say(_json(found) if arguments.json else in_words(found))
+
+
+def trajectory(arguments: argparse.Namespace) -> None:
+    """Follow the films of a specification in time, into a file or a chart."""
+    from ..charts.select import SUFFIXES, draw, save
+    from ..files.netcdf import check_netcdf_name, write_dataset
+    from .specification import read_specification
+    from .time_series import TABLE_SUFFIX, times_of, trajectories_of, write_table
+
+    suffix = Path(arguments.output).suffix.lower()
+    with _checking_input():
+        if suffix not in (MAP_SUFFIX, TABLE_SUFFIX, *SUFFIXES):
+            known = ", ".join((MAP_SUFFIX, TABLE_SUFFIX, *SUFFIXES))
+            raise ValueError(f"trajectories must be a file ending in {known}; got {arguments.output}")
+        _check_other(arguments.output, arguments.specification, "the specification")
+        check_writable(arguments.output)
+        check_netcdf_name(arguments.output)
+        spec = read_specification(arguments.specification)
+        ds = trajectories_of(spec, times_of(arguments.until, arguments.points))
+        figure = draw(ds, "auto", arguments.size) if suffix in SUFFIXES else None
+    if figure is not None:
+        save(figure, arguments.output)
+    elif suffix == MAP_SUFFIX:
+        write_dataset(ds, arguments.output)
+    else:
+        write_table(ds, arguments.output)
+
+
+def _json(found: dict[str, Any]) -> str:
+    """Return numbers and words as JSON, in which there is no infinity."""
+    import json
+
+    return json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+
+
 def info(arguments: argparse.Namespace) -> None:
     """Print what a file holds."""
     from ..files.verify import open_any
-    from .summary import describe
+    from .summary import as_json, describe
 
     with _checking_input():
         ds = open_any(arguments.map)
     with ds:
-        say(describe(ds))
+        say(_json(as_json(ds)) if arguments.json else describe(ds))
 
 
 def fit(arguments: argparse.Namespace) -> None:
     """Fit a material, say how well it is known, give the table of a specification, and draw the fit."""
-    from ..atomic import check_writable, replacing
+    from ..atomic import replacing
     from ..charts.fit import draw_fit
     from ..charts.select import check_chart_path, save
     from ..materials.fit import fit_uniaxial

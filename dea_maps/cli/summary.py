@@ -8,9 +8,9 @@ import numpy.typing as npt
 import xarray as xr
 
 from ..files.stream import Plan, estimated_seconds, finished_parts
-from ..limits.answers import LIMITS
 from ..materials.scales import scales_of
-from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, OUTCOMES, VARIABLES
+from ..nomenclature import BREAKDOWN, FLAGGED, NOMENCLATURE, VARIABLES
+from ..outcomes import Limit, Outcome, words_of
 from ..program_text import kinds_in
 from ..sweeps.chunks import cut
 from ..sweeps.solve import compiles
@@ -30,7 +30,7 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     Returns
     -------
     dict of str to int
-        By the words of `dea_maps.nomenclature.OUTCOMES`.
+        By the words of `dea_maps.outcomes.Outcome`.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def outcome_counts(ds: xr.Dataset) -> dict[str, int]:
     >>> outcome_counts(dm.sweep(dm.Step(), field=[0.9, 1.1, 1.2], modulus_ratio=4.0))
     {'survives': 1, 'fails_later': 2, 'fails_at_once': 0, 'unresolved': 0}
     """
-    return _counts(ds["outcome"], OUTCOMES)
+    return _counts(ds["outcome"], words_of(Outcome))
 
 
 def one_line(ds: xr.Dataset) -> str:
@@ -57,7 +57,42 @@ def one_line(ds: xr.Dataset) -> str:
     """
     cells = ds["outcome"].size
     line = f"{cells:,} {'cell' if cells == 1 else 'cells'}: {_in_words(outcome_counts(ds))}"
-    return f"{line}; first limit: {_in_words(_counts(ds['first_limit'], LIMITS))}" if "first_limit" in ds else line
+    return (
+        f"{line}; first limit: {_in_words(_counts(ds['first_limit'], words_of(Limit)))}"
+        if "first_limit" in ds
+        else line
+    )
+
+
+def as_json(ds: xr.Dataset) -> dict[str, Any]:
+    """Return what a file holds as numbers and words: attributes, dimensions, outcomes, and ranges with units.
+
+    Examples
+    --------
+    >>> import dea_maps as dm
+    >>> found = as_json(dm.sweep(dm.Step(), field=[0.9, 1.2], modulus_ratio=4.0))
+    >>> found["dimensions"], found["outcomes"]["survives"], found["parameters"]["field"]["most"]
+    ({'field': 2}, 1, 1.2)
+    """
+    attributes = {str(key): value.tolist() if hasattr(value, "tolist") else value for key, value in ds.attrs.items()}
+    found: dict[str, Any] = {"attributes": attributes, "dimensions": {str(dim): n for dim, n in ds.sizes.items()}}
+    if "outcome" in ds:
+        found["outcomes"] = outcome_counts(ds)
+    if "first_limit" in ds:
+        found["first_limits"] = _counts(ds["first_limit"], tuple(ds["first_limit"].attrs["flag_meanings"].split()))
+    for kind, among in (("parameters", ds.coords), ("variables", ds.data_vars)):
+        found[kind] = {
+            str(name): _range_as_json(array)
+            for name, array in among.items()
+            if name not in FLAGGED and array.dtype.kind in "iuf"
+        }
+    return found
+
+
+def _range_as_json(array: xr.DataArray) -> dict[str, Any]:
+    ends = _ends(array)
+    least, most = ends if ends is not None else (None, None)
+    return {"least": least, "most": most, "units": str(array.attrs.get("units", "1"))}
 
 
 def describe(ds: xr.Dataset) -> str:
@@ -92,7 +127,7 @@ def describe(ds: xr.Dataset) -> str:
         lines += [_row(_words(outcome), f"{count:,}") for outcome, count in outcome_counts(ds).items()]
     if "first_limit" in ds:
         lines += ["", "what ends the loading first, in cells"]
-        lines += [_row(word, f"{count:,}") for word, count in _counts(ds["first_limit"], LIMITS).items()]
+        lines += [_row(word, f"{count:,}") for word, count in _counts(ds["first_limit"], words_of(Limit)).items()]
     lines += ["", "variables, from least to greatest"]
     among = NOMENCLATURE if _is_general(ds) else maps
     names = [name for name in among if name in ds.data_vars and name not in FLAGGED]
@@ -164,7 +199,9 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
     --------
     >>> from dea_maps.files.to_netcdf import planned_file
     >>> from dea_maps.programs import Step
-    >>> print(describe_plan(planned_file("map.nc", Step(), field=[0.9, 1.2], modulus_ratio=4.0)).splitlines()[2])
+    >>> from dea_maps.runs.request import Request
+    >>> request = Request(Step(), {"field": [0.9, 1.2], "modulus_ratio": 4.0})
+    >>> print(describe_plan(planned_file("map.nc", request)).splitlines()[2])
     cells                      2
     """
     grid, choice = plan.grid, plan.choice
@@ -235,11 +272,17 @@ def _lengths(sizes: Mapping[Hashable, int]) -> str:
 def _range(array: xr.DataArray) -> str:
     units = array.attrs.get("units", "1")
     unit = "" if units == "1" else f" {units}"
-    ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
-    if not ends:
+    ends = _ends(array)
+    if ends is None:
         return "no value in any cell"
-    least, greatest = min(low for low, _ in ends), max(high for _, high in ends)
+    least, greatest = ends
     return (f"{least:.6g}" if least == greatest else f"{least:.6g} to {greatest:.6g}") + unit
+
+
+def _ends(array: xr.DataArray) -> tuple[float, float] | None:
+    """Return the least and the greatest value; None where there is no value."""
+    ends = [(float(np.nanmin(block)), float(np.nanmax(block))) for block in _blocks(array) if not np.isnan(block).all()]
+    return (min(low for low, _ in ends), max(high for _, high in ends)) if ends else None
 
 
 def _blocks(array: xr.DataArray) -> Iterator[npt.NDArray[np.generic]]:

@@ -6,15 +6,21 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
+from ..charts.boundaries import FAILS_LATER, SURVIVES
 from ..charts.plane import BREAKS_DOWN
 from ..program_text import kinds_in
-from ..sweeps.loading import loading_time
-from ..sweeps.run import sweep
-from ..sweeps.solve import FAILS_LATER, SURVIVES, relaxation_rate, trace
-from .cells import POINTS, Cells, Floats
+from ..programs import Program
+from ..runs.maps import sweep
+from ..sweeps.chunks import evenly
+from ..sweeps.loading import arrays_of, field_at, loading_time, table_of
+from ..sweeps.solve import relaxation_rate, trace
+from .cells import Cells, Floats
 
 RTOL = 1e-4
 """Relative error allowed in the stretches of the curves: less than can be seen."""
+
+REPETITIONS = 3
+"""Repetitions of a program that are followed at most."""
 
 MOST_TIME = 2e8
 """Relaxation times to follow, at most, over all cells together: a slow ramp takes steps without end."""
@@ -22,6 +28,29 @@ MOST_TIME = 2e8
 _FULL = np.iinfo(np.uint16).max
 _LAST = 1e-3  # share of the way to the final stretch that is left where the curve of a film that survives ends
 _LONGEST = 1e3  # relaxation times for that, at most: at a field of Ec it takes infinitely long
+_FEWEST = 4  # points of a piece of the program, at least
+_BESIDE = 1e-6  # of a piece: how far from its ends the curve is looked at, as fields jump there
+
+
+class Packed(NamedTuple):
+    """Values from `low` to `high` in two bytes each.
+
+    Attributes
+    ----------
+    low, high : float
+        The bounds.
+    shares : ndarray of uint16
+        ``(value - low)/(high - low)``, times 65535.
+    """
+
+    low: float
+    high: float
+    shares: npt.NDArray[np.uint16]
+
+    @property
+    def values(self) -> Floats:
+        """The values, as exact as they are kept."""
+        return self.low + self.shares / float(_FULL) * (self.high - self.low)
 
 
 class Curves(NamedTuple):
@@ -30,23 +59,28 @@ class Curves(NamedTuple):
     Attributes
     ----------
     span : (cells,) ndarray of float32
-        When a curve ends, in relaxation times: at failure or breakdown, or nearly relaxed; 0 where there is no curve.
-    time : (cells, POINTS) ndarray of uint16
-        Times over the span, times 65535.
-    stretch : (cells, POINTS) ndarray of uint16
-        ``(stretch - 1)/(top - 1)``, times 65535.
-    top : float
-        The largest stretch of all.
+        When a curve ends, in relaxation times: at failure or breakdown, or nearly relaxed, or after `REPETITIONS`; 0
+        where there is no curve.
+    ends : (cells,) ndarray of int8
+        Whether it ends with failure or breakdown.
+    time : Packed of (cells, points)
+        Times over the span.
+    stretch, field : Packed of (cells, points)
+        Stretches, and fields applied over the relaxed critical field.
     """
 
     span: npt.NDArray[np.float32]
-    time: npt.NDArray[np.uint16]
-    stretch: npt.NDArray[np.uint16]
-    top: float
+    ends: npt.NDArray[np.int8]
+    time: Packed
+    stretch: Packed
+    field: Packed
 
 
 def curves_of(cells: Cells) -> Curves:
-    """Compute the trajectories of cells, up to failure or breakdown, or until what survives is nearly relaxed.
+    """Compute the trajectories of cells.
+
+    They end with failure or breakdown, where what survives is nearly relaxed, or after `REPETITIONS` of a program that
+    is repeated more often.
 
     Parameters
     ----------
@@ -66,36 +100,45 @@ def curves_of(cells: Cells) -> Curves:
     >>> [f"{span:.2f}" for span in curves.span]
     ['10.82', '2.44', '0.55']
     """
-    ds = cells.ds
+    ds, program = cells.ds, cells.program
     parameters = {name: ds[name] for name in kinds_in(ds.coords, ds.attrs)}
     found = {name: array.values.ravel().astype(float) for name, array in _ends(cells, parameters).items()}
     arrays = [array.values.ravel() for array in xr.broadcast(ds["outcome"], *parameters.values())]
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
-    breaks_down = (outcome == BREAKS_DOWN)[:, np.newaxis]
-    lifetime = np.where(outcome == FAILS_LATER, ds["time_to_failure"].values.ravel().astype(float), 0.0)
     broken = {name: _column(ds, name) for name in ("time_to_breakdown", "breakdown_stretch")}
+    lifetime = np.where(outcome == FAILS_LATER, _column(ds, "time_to_failure"), 0.0)
     lifetime = np.where(outcome == BREAKS_DOWN, np.nan_to_num(broken["time_to_breakdown"]), lifetime)
-    corner = loading_time(cells.program, values)
-    rate = np.maximum(relaxation_rate(found["final_stretch"], values["modulus_ratio"]), 1e-9)
-    relaxed = corner + np.minimum(_LONGEST, -np.log(_LAST) / rate)
-    span = np.where(outcome == SURVIVES, relaxed, lifetime)
+    repeats = REPETITIONS if program.repeats not in range(1, REPETITIONS + 1) else program.repeats
+    loaded = loading_time(program, values) / max(program.repeats, 1) * repeats
+    rate = np.maximum(np.nan_to_num(relaxation_rate(found["final_stretch"], values["modulus_ratio"])), 1e-9)
+    span = np.where(outcome == SURVIVES, loaded + np.minimum(_LONGEST, -np.log(_LAST) / rate), lifetime)
+    if repeats != program.repeats:
+        span = np.minimum(span, loaded)
     span[~_affordable(span)] = 0.0
-    times = _times(span, corner)
     chosen = span > 0.0
-    fails = (outcome == FAILS_LATER)[:, np.newaxis]
-    at_end = fails & (times >= (1.0 - 2.0 * RTOL) * span[:, np.newaxis])
+    times = _times(program, values, span, repeats, cells.points)
+    last = times >= (1.0 - 2.0 * RTOL) * span[:, np.newaxis]
+    ends = chosen & (lifetime > 0.0) & (span >= lifetime)
+    at_failure = last & (ends & (outcome == FAILS_LATER))[:, np.newaxis]
     own = {name: array[chosen] for name, array in values.items()}
-    stretch = np.ones(times.shape)
+    stretch, field = np.ones(times.shape), np.zeros(times.shape)
     # The end is known; at this accuracy, a film might be sought there alive.
-    stretch[chosen], _ = trace(cells.program, own, np.where(at_end, 2.0, 1.0)[chosen] * times[chosen], RTOL)
-    stretch = np.where(at_end & chosen[:, np.newaxis], found["critical_stretch"][:, np.newaxis], stretch)
-    at_breakdown = breaks_down & chosen[:, np.newaxis] & (times == span[:, np.newaxis])
+    stretch[chosen], _ = trace(program, own, np.where(at_failure, 2.0, 1.0)[chosen] * times[chosen], RTOL)
+    field[chosen] = field_at(program, own, times[chosen])
+    stretch = np.where(at_failure, found["critical_stretch"][:, np.newaxis], stretch)
+    at_breakdown = (ends & (outcome == BREAKS_DOWN))[:, np.newaxis] & (times == span[:, np.newaxis])
     stretch = np.where(at_breakdown, broken["breakdown_stretch"][:, np.newaxis], stretch)
     span[~np.isfinite(stretch).all(axis=1)] = 0.0  # as accurate as asked could not be reached
-    stretch[span == 0.0] = 1.0
-    top = max(float(stretch.max()), 1.0 + 1e-3)
-    shares = np.divide(times, span[:, np.newaxis], out=np.zeros(times.shape), where=span[:, np.newaxis] > 0.0)
-    return Curves(span.astype(np.float32), _packed(shares), _packed((stretch - 1.0) / (top - 1.0)), top)
+    none = span == 0.0
+    stretch[none], field[none] = 1.0, 0.0
+    shares = np.divide(times, span[:, np.newaxis], out=np.zeros(times.shape), where=~none[:, np.newaxis])
+    return Curves(
+        span.astype(np.float32),
+        (ends & ~none).astype(np.int8),
+        _packed(shares, 0.0, 1.0),
+        _packed(stretch, min(float(stretch.min()), 1.0), max(float(stretch.max()), 1.0 + 1e-3)),
+        _packed(field, min(float(field.min()), 0.0), max(float(field.max()), 1e-3)),
+    )
 
 
 def _column(ds: xr.Dataset, name: str) -> Floats:
@@ -109,11 +152,7 @@ def _ends(cells: Cells, parameters: dict[str, xr.DataArray]) -> dict[str, xr.Dat
     ds = cells.ds
     if "critical_stretch" not in ds or "final_stretch" not in ds:
         plain: dict[str, Any] = {name: array.reset_coords(drop=True) for name, array in parameters.items()}
-        again = sweep(
-            cells.program,
-            **plain,
-            rtol=RTOL,
-        )
+        again = sweep(cells.program, **plain, rtol=RTOL)
         ds = ds.merge(again[["critical_stretch", "final_stretch"]], compat="override")
     dims = cells.ds["outcome"].dims
     return {name: ds[name].transpose(*dims) for name in ("critical_stretch", "final_stretch")}
@@ -127,14 +166,30 @@ def _affordable(span: Floats) -> npt.NDArray[np.bool_]:
     return affordable & np.isfinite(span)
 
 
-def _times(span: Floats, corner: Floats) -> Floats:
-    """Return the times of every cell, ascending from 0 to its span; the end of its ramp is among them."""
-    shares = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, POINTS - 1))
-    times = np.outer(span, shares)
-    extra = np.minimum(corner, span)[:, np.newaxis]
-    return np.sort(np.concatenate([times, extra], axis=1), axis=1)
+def _times(program: Program, values: dict[str, Floats], span: Floats, repeats: int, points: int) -> Floats:
+    """Return the times of every cell, ascending from 0 to its span, as many in each piece of the program.
+
+    Where one piece ends and the next one begins there are two times beside each other.
+    """
+    table = table_of(program)
+    columns = arrays_of(table, values)[3]
+    times = np.zeros((span.size, points))
+    for cell in np.flatnonzero(span > 0.0):
+        durations = np.tile(table.scale[:, 2] * columns[table.source[:, 2], cell], repeats)
+        breaks = np.cumsum(durations)
+        inner = np.unique(breaks[(breaks > 0.0) & (breaks < span[cell])])
+        corners = np.array([0.0, *inner[evenly(inner.size, points // _FEWEST - 1)], span[cell]])
+        for part, begin, end in zip(
+            np.array_split(np.arange(points), corners.size - 1), corners, corners[1:], strict=False
+        ):
+            shares = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, part.size))
+            shares[0] += _BESIDE * (begin > 0.0)
+            shares[-1] -= _BESIDE * (end < span[cell])
+            times[cell, part] = begin + shares * (end - begin)
+        times[cell, -1] = span[cell]
+    return times
 
 
-def _packed(shares: Floats) -> npt.NDArray[np.uint16]:
-    packed: npt.NDArray[np.uint16] = np.round(np.clip(shares, 0.0, 1.0) * _FULL).astype(np.uint16)
-    return packed
+def _packed(values: Floats, low: float, high: float) -> Packed:
+    shares = np.round(np.clip((values - low) / (high - low), 0.0, 1.0) * _FULL).astype(np.uint16)
+    return Packed(low, high, shares)

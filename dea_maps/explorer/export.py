@@ -11,16 +11,17 @@ SUFFIX = ".html"
 
 
 def explore(ds: xr.Dataset, path: PathLike) -> None:
-    """Write a page to explore a map in a browser: a phase diagram, a slider, and the curve of the film clicked.
+    """Write a page to explore a map in a browser: a phase diagram, sliders, and the curves of chosen films.
 
-    The page is one file that needs no network. It shows the values under the pointer, a slider for the third
-    parameter, and for the film that is clicked its stretch against time. It stays below 10 MB: of a larger map it
-    shows some values of each parameter, and says so.
+    The page is one file that needs no network. It shows the values under the pointer, a slider for every parameter
+    beyond two, and for a film that is chosen, by pointer or keyboard, its field and its stretch or area strain against
+    time, and beside it those of a film kept before. Its address remembers what is shown. It stays below 10 MB: of a
+    larger map it shows some values of each parameter, and says so.
 
     Parameters
     ----------
     ds : Dataset
-        From `dea_maps.sweep` or a file of a sweep, over one to three parameters that vary, with the variables
+        From `dea_maps.sweep` or a file of a sweep, over one or more parameters that vary, with the variables
         ``outcome`` and ``time_to_failure`` at least; in volts and seconds where it comes from `dea_maps.physical`.
     path : str or path-like
         The file to write or replace, ending in ``.html``.

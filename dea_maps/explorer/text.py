@@ -1,50 +1,85 @@
-"""The words on a page to explore: how to read it, what was left out, from what it was made."""
+"""The words of the interactive page: how to read it, what was left out, from what it was made."""
+
+import numpy as np
 
 from .. import __version__
+from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from ..charts.plane import BREAKS_DOWN
-from ..nomenclature import quantity_of
-from ..sweeps.solve import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
-from .cells import POINTS, Cells, fixed_parameters, plain_label
-from .curves import RTOL
+from ..nomenclature import quantity_of, si_name
+from ..programs import ENDLESS
+from .cells import Cells, fixed_parameters, plain_label, results
+from .curves import REPETITIONS, RTOL
+
+_MEANT = {
+    SURVIVES: ("final_", "largest_", "steady_"),
+    FAILS_LATER: ("time_to_failure", "seconds_to_failure", "cycles_", "critical_"),
+    FAILS_AT_ONCE: ("critical_",),
+    BREAKS_DOWN: ("time_to_breakdown", "seconds_to_breakdown", "breakdown_"),
+}
+"""With what the names of the variables begin that have a meaning for an outcome."""
 
 
 def heading(cells: Cells) -> str:
     """Return the loading program and what is the same in every cell."""
-    fixed = [f"{plain_label(name)} = {value:.4g}" for name, value in fixed_parameters(cells).items()]
+    fixed = [_equation(name, value) for name, value in fixed_parameters(cells).items()]
     return ", ".join([f"Phase diagram under the program {cells.program.name.replace('_', ' ')}", *fixed])
+
+
+def _equation(name: str, value: float) -> str:
+    return f"{plain_label(name)} = {value:.4g}"
+
+
+def facts(cells: Cells, outcome: int) -> list[str]:
+    """Return the names of the variables that say something of a film of an outcome, in SI units where there are any."""
+    here = cells.ds["outcome"].values == outcome
+    values = results(cells)
+    return [
+        name
+        for name, array in values.items()
+        if name.startswith(_MEANT.get(outcome, ())) and si_name(name) not in values and np.isfinite(array[here]).any()
+    ]
 
 
 def reading(cells: Cells) -> str:
     """Return how to read the page."""
     outcomes = cells.ds["outcome"].values
-    looks = {
-        SURVIVES: "light grey: it survives for good",
-        FAILS_AT_ONCE: "hatched: it fails at once",
-        UNRESOLVED: "black: unresolved, which is no verdict on the film",
-        BREAKS_DOWN: "cross-hatched: it breaks down first",
-    }
-    met = "; ".join(words for outcome, words in looks.items() if (outcomes == outcome).any())
+    sliders = [quantity_of(axis.name).label for axis in cells.across]
+    drawn = [", up to failure (cross)"]
+    if (outcomes == SURVIVES).any():
+        limit = "the stretches of the limit cycle" if "steady_stretch_max" in cells.ds else "its final stretch"
+        drawn.append(f", or {'with' if _cut(cells) else 'until it has nearly'} {limit} (dashed)")
     parts = [
         "Every point of the line is a film" if cells.y is None else "Every cell of the map is a film",
         ": the line is" if cells.y is None else "; its colour is",
         " the time until it fails by electromechanical instability",
-        f" ({met}). " if met else ". ",
-        f"The slider changes the {quantity_of(cells.across.name).label}. " if cells.across is not None else "",
-        "Point at a film for its values; click it for its stretch against time, up to failure (cross)",
-        ", or until it has nearly its final stretch (dashed)." if (outcomes == SURVIVES).any() else ".",
+        ", or breaks down, which is hatched crosswise" if (outcomes == BREAKS_DOWN).any() else "",
+        ". ",
+        f"{'The slider changes' if len(sliders) == 1 else 'Sliders change'} the {' and the '.join(sliders)}. "
+        if sliders
+        else "",
+        "Point at a film for its values. Click it, or choose it with the arrow keys in the map, for its field and "
+        "stretch against time",
+        *drawn,
+        ".",
+        f" Of a program that is repeated, the first {REPETITIONS} repetitions are drawn." if _cut(cells) else "",
+        " Keep a film to compare it with others. The address of the page remembers what is shown.",
     ]
     return "".join(parts)
+
+
+def _cut(cells: Cells) -> bool:
+    return cells.program.repeats == ENDLESS or cells.program.repeats > REPETITIONS
 
 
 def notes(cells: Cells, made_from: str) -> list[str]:
     """Return what the symbols mean, what was left out, and from what the page was made."""
     ds = cells.ds
-    names = [*fixed_parameters(cells), *(axis.name for axis in cells.axes[::-1]), "time_to_failure"]
-    symbols = [f"{plain_label(name)}: {quantity_of(name).long_name}" for name in names]
+    names = [*fixed_parameters(cells), *(axis.shown for axis in cells.axes[::-1]), cells.times_shown[FAILS_LATER]]
+    symbols = [f"{plain_label(name)}: {ds[name].attrs.get('long_name', name.replace('_', ' '))}" for name in names]
     told = [f"In words: {'; '.join(symbols)}."]
     if cells.seconds is not None:
         told.append(
-            f"In SI units for a film of {ds.attrs['material']}, {1e6 * ds.attrs['thickness_in_m']:.4g} μm thick before "
+            f"In SI units for a film of {ds.attrs['material']}, {1e6 * ds.attrs['thickness_in_m']:.4g} µm thick before "
             f"deformation, with a relaxation time of {cells.seconds:.4g} s."
         )
     left_out = [
@@ -61,26 +96,47 @@ def notes(cells: Cells, made_from: str) -> list[str]:
         told.append(f"All {ds['outcome'].size:,} cells of the map are shown.")
     accuracy = ", ".join(f"{name} = {ds.attrs[name]:g}" for name in ("rtol", "step") if name in ds.attrs)
     told.append(
-        f"Values as in the map ({accuracy}), rounded to single precision. Curves computed for this page: {POINTS} "
-        f"points each, with a relative error of the stretch of at most {RTOL:g}."
+        f"Values as in the map ({accuracy}), rounded to single precision. Curves computed for this page: "
+        f"{cells.points} points each, with a relative error of the stretch of at most {RTOL:g}."
     )
     told.append(f"Made by dea_maps {__version__} from {made_from or 'a map'}. {ds.attrs.get('history', '')}")
     return told
 
 
 def sentences(cells: Cells) -> dict[str, object]:
-    """Return what is said of a film when it is clicked; ``{end}`` and ``{stretch}`` are those of its curve."""
+    """Return what is said of a film that is chosen, with names of its values in braces.
+
+    ``{end}``, ``{stretch}`` and ``{strain}`` are those at the end of its curve. Of an outcome there may be a sentence
+    for a film with a curve that ends with it, with another curve, and without one.
+    """
     unit = "τ" if cells.seconds is None else "s"
-    curve = {
-        str(SURVIVES): f"It survives: after {{end}} {unit} its stretch of {{stretch}} is nearly the final one.",
-        str(FAILS_LATER): f"It fails after {{end}} {unit} at a stretch of {{stretch}}.",
-        str(BREAKS_DOWN): f"It breaks down after {{end}} {unit} at a stretch of {{stretch}}.",
+    cycles = " ({cycles_to_failure} repetitions completed)" if "cycles_to_failure" in cells.ds else ""
+    reached = f"after {{end}} {unit}{cycles} at a stretch of {{stretch}}, an area strain of {{strain}}."
+    fails = f"It fails after {{{cells.times_shown[FAILS_LATER]}}} {unit}{cycles}"
+    survives = "It survives"
+    if "steady_stretch_max" in cells.ds:
+        survives += ": in the end its stretch stays between {steady_stretch_min} and {steady_stretch_max}"
+    no_curve = "no curve is drawn, as it takes much longer than the others, or to be as accurate as asked"
+    broken = f" after {{{cells.times_shown[BREAKS_DOWN]}}} {unit}" if BREAKS_DOWN in cells.times_shown else " first"
+    first = f"the first {REPETITIONS} repetitions are drawn"
+    whole = {FAILS_LATER: f"It fails {reached}", BREAKS_DOWN: f"It breaks down {reached}"}
+    nearly = f"after {{end}} {unit} its stretch of {{stretch}}, an area strain of {{strain}}, is nearly the final one"
+    part = {
+        SURVIVES: f"{survives}; {first}." if _cut(cells) else f"It survives: {nearly}.",
+        FAILS_LATER: f"{fails}; {first}.",
+    }
+    none = {
+        SURVIVES: f"{survives}; {no_curve}.",
+        FAILS_LATER: f"{fails}; {no_curve}.",
+        FAILS_AT_ONCE: "It fails at once, so that there is no curve.",
+        BREAKS_DOWN: f"It breaks down{broken}; no curve is drawn.",
+        UNRESOLVED: "It is unresolved, which says nothing of the film: there is no curve.",
     }
     return {
-        "nothing": "Click a film in the map, and its stretch against time is drawn here.",
-        "curve": curve,
-        "no_curve": "It has no curve here: it takes much longer than the others, or to be as accurate as asked.",
-        str(FAILS_AT_ONCE): "It fails at once, so that there is no curve.",
-        str(BREAKS_DOWN): "It breaks down while the field is switched on, so that there is no curve.",
-        str(UNRESOLVED): "It is unresolved, which is no verdict on the film: there is no curve.",
+        "nothing": "Click a film in the map, or choose one with the arrow keys: its field and stretch against time are "
+        "drawn here.",
+        **{
+            kind: {str(outcome): words for outcome, words in by_outcome.items()}
+            for kind, by_outcome in (("whole", whole), ("part", part), ("none", none))
+        },
     }

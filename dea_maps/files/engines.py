@@ -28,7 +28,7 @@ from ..sweeps.solve import KERNELS, forget_product, solve
 from .checkpoints import Arrays
 
 ENGINES = ("threads", "dask")
-# How often Dask tries a part again whose computing raised an error; a worker that dies counts apart, three times.
+# How often Dask tries a part again whose computing raised an error; where a worker ends unexpectedly, three times.
 RETRIES = 2
 # Seconds that a scheduler has to answer, and that a cluster without workers has to get one.
 ANSWER = 5.0
@@ -61,7 +61,8 @@ class Task(NamedTuple):
     product : Product or None
         What the part is of a product grid, if `choice` is shared.
     strength : callable or None
-        The true field at which the film breaks down, over the relaxed critical field; None where it is not known.
+        The true field at which the film breaks down, normalised by the relaxed critical field; None where it is
+        unknown.
     """
 
     program: Program
@@ -101,9 +102,9 @@ def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads
     return {name: found[name].ravel().astype(kind, copy=False) for name, kind in kinds.items()}
 
 
-def _check_code(theirs: str, ours: str) -> None:
-    if theirs != ours:
-        raise OSError(f"a Dask worker has {theirs}, this process {ours}: both must be the same")
+def _check_code(of_worker: str, own: str) -> None:
+    if of_worker != own:
+        raise OSError(f"a Dask worker has {of_worker}, this process {own}: both must be the same")
 
 
 def check_dask(scheduler: str | None) -> None:
@@ -217,7 +218,7 @@ class Dask:
             raise
 
     def _knock(self, scheduler: str) -> None:
-        """Check that something at the address speaks as Dask does: a client would wait for it without end."""
+        """Check that what answers at the address is Dask: a client would wait for anything else without end."""
         from distributed.comm.core import connect
 
         async def knock() -> None:
@@ -282,7 +283,7 @@ class Dask:
     def close(self) -> None:
         """Leave the cluster; stop it, if it was started here."""
         if self._client is not None:
-            with suppress(Exception):  # a scheduler that is lost cannot be left in peace
+            with suppress(Exception):  # closing fails where the scheduler is lost
                 self._client.close(timeout=1.0)
         if self._cluster is not None:
             self._cluster.close()

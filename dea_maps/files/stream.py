@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from ..atomic import move_into_place, naming
 from ..limits.breakdown import rtol_of, solve_with_limits, with_limits
-from ..materials.material import Material
-from ..materials.si_units import in_si
+from ..materials.si_units import Film, in_si
 from ..materials.strength import StrengthOf
 from ..materials.toml import PowerLaw
 from ..nomenclature import BREAKDOWN, FLAGGED
@@ -33,9 +32,6 @@ from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, so
 from .checkpoints import WHOLE, Arrays, Parts, folder_of, locked_parts
 from .engines import Dask, Pending, Task, Threads, task_of
 from .writer import MapFile
-
-Film = tuple[Material, float]
-"""A material, and the thickness of the undeformed film in m."""
 
 # Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
 # is large enough for the disk.
@@ -70,8 +66,10 @@ class Plan:
         What the maps are stored as.
     chunks, parts : Cut
         Of the grid: within the file, and for computing.
-    film : tuple of Material and float, or None
-        The material and the thickness whose volts and seconds are added.
+    film : Film or None
+        The film whose volts and seconds are added.
+    engine, scheduler : str
+        What computes, as in `dea_maps.sweep_to_netcdf`.
     divided : bool
         Whether each part of a product grid is computed as a grid of its own: with the same results, but what it has in
         common with other parts is computed again.
@@ -85,13 +83,14 @@ class Plan:
     chunks: Cut
     parts: Cut
     film: Film | None
+    engine: str = "threads"
+    scheduler: str | None = None
     divided: bool = False
 
     @property
     def strength(self) -> StrengthOf | None:
-        """The true field at which the film breaks down, over the relaxed critical field, if it is known."""
-        known = self.film is not None and self.film[0].breakdown_strength is not None
-        return self.film[0].strength if self.film is not None and known else None
+        """The true field at which the film breaks down, normalised by the relaxed critical field, if it is known."""
+        return self.film.material.strength if self.film is not None and self.film.limited else None
 
     def hollow(self) -> xr.Dataset:
         """Return the map without its values: views of single numbers."""
@@ -116,11 +115,15 @@ class Plan:
             made[name].encoding = array.encoding
         return made
 
-    def stored(self, arrays: Arrays) -> Arrays:
+    def stored(self, number: int, arrays: Arrays) -> Arrays:
         """Return what the file stores of the values of a part: also in SI units, if there is a film."""
         if self.film is None:
             return arrays
-        part = in_si(xr.Dataset({name: ("cell", values) for name, values in arrays.items()}), *self.film)
+        part = xr.Dataset({name: ("cell", values) for name, values in arrays.items()})
+        if "prestretch" in self.grid.parameters:  # from which strains count
+            prestretch = self.grid.parameters["prestretch"][self.parts.index(number)]
+            part = part.assign_coords(prestretch=("cell", prestretch.ravel()))
+        part = in_si(part, *self.film)
         return {str(name): array.values for name, array in part.data_vars.items()}
 
     def task(self, number: int) -> Task:
@@ -148,11 +151,11 @@ class Plan:
 
     def _limit(self) -> tuple[object, ...]:
         """Return what the breakdown depends on; a function has no name that says what it returns, today and later."""
-        if self.film is None or self.film[0].breakdown_strength is None:
+        if self.film is None or not self.film.limited:
             return ()
-        known = self.film[0].breakdown_strength
+        known = self.film.material.breakdown_strength
         same = not callable(known) or isinstance(known, PowerLaw)
-        return (known if same else secrets.token_hex(16), self.film[0].critical_field)
+        return (known if same else secrets.token_hex(16), self.film.material.critical_field)
 
 
 def make_plan(
@@ -163,19 +166,22 @@ def make_plan(
     dtype: str,
     memory: int,
     film: Film | None = None,
+    engine: str = "threads",
+    scheduler: str | None = None,
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
     chunks = cut(grid.shape, CHUNK_CELLS)
     bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2)
     part_cells = PART_CELLS
     # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
-    if film is not None and film[0].breakdown_strength is not None:
-        bytes_of_cell += 2 * LIMIT_BYTES
+    if film is not None and film.limited:
+        bytes_of_cell += 3 * LIMIT_BYTES
         part_cells = min(part_cells, math.prod(chunks.part_shape))
     most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * bytes_of_cell)))
     product = product_of(grid.program, grid.parameters) if choice.shared else None
     divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
-    return Plan(path, grid, choice, variables, dtype, chunks, cut(grid.shape, most, chunks), film, divided)
+    parts = cut(grid.shape, most, chunks)
+    return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided)
 
 
 def finished_parts(plan: Plan) -> list[int]:
@@ -214,14 +220,14 @@ def _sample(plan: Plan) -> dict[str, NDArray[np.float64]]:
     return {name: np.array(array[index], ndmin=1) for name, array in parameters.items()}
 
 
-def stream(plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_cells: Callable[[int], object]) -> None:
+def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> None:
     """Compute what is not there yet of a sweep, and put the whole into its file.
 
     Parameters
     ----------
     plan : Plan
         What to compute.
-    engine, scheduler, fresh
+    fresh
         As in `dea_maps.sweep_to_netcdf`.
     on_cells : callable
         Called with the number of cells that were found finished, or finished since.
@@ -238,7 +244,7 @@ def stream(plan: Plan, *, engine: str, scheduler: str | None, fresh: bool, on_ce
         if fresh:
             parts.clear()
         temporary = parts.folder / WHOLE
-        computing = Threads(on_cells) if engine == "threads" else Dask(scheduler, on_cells)
+        computing = Threads(on_cells) if plan.engine == "threads" else Dask(plan.scheduler, on_cells)
         try:
             _write(plan, parts, computing, temporary, on_cells)
             with naming(target):
@@ -268,7 +274,7 @@ def _write(
                     (saves or writes).popleft().result()
                 if is_new:
                     saves.append(saver.submit(parts.save, number, arrays))
-                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(arrays)))
+                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(number, arrays)))
             for future in (*saves, *writes):
                 future.result()
         finally:

@@ -6,42 +6,33 @@ import shutil
 from collections.abc import Iterable
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any, Literal
-
-import numpy as np
+from typing import Literal
 
 from ..atomic import PathLike, check_writable
 from ..checks import brief
-from ..limits.breakdown import rtol_of
 from ..materials.material import Material
-from ..materials.scales import scales
-from ..materials.si_units import check_film, warn_film
-from ..materials.strength import check_strength
 from ..nomenclature import BREAKDOWN
 from ..notices import shown_notices
-from ..plausibility import warn_implausible
 from ..programs import Program
-from ..sweeps.grid import Grid
+from ..runs.maps import progress_bar
+from ..runs.request import Request
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.run import planned, progress_bar
 from .checkpoints import check_parts
 from .engines import ENGINES, check_dask
 from .netcdf import check_netcdf_name, write_dataset
-from .stream import Film, Plan, make_plan, stream
+from .stream import Plan, make_plan, stream
 
 DTYPES = ("float64", "float32")
 """What the maps of a file may be stored as."""
 DEFAULT_MEMORY = 2**30
 SMALLEST_MEMORY = 2**24
-# To this stretch a breakdown strength is checked before computing; farther, as films get there.
-_LOOKED_AT = np.array([2.0])
 
 
 def sweep_to_netcdf(
     path: PathLike,
     program: Program,
     *,
-    modulus_ratio: ParameterLike,
+    modulus_ratio: ParameterLike | None = None,
     prestretch: ParameterLike | None = None,
     stress: ParameterLike | None = None,
     rtol: float = 1e-6,
@@ -63,7 +54,7 @@ def sweep_to_netcdf(
 
     The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
     complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
-    interruption goes on from them. Threads of one process may write and open maps at once: one lock guards all calls of
+    interruption resumes from them. Threads of one process may write and open maps at once: one lock guards all calls of
     this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
 
     Parameters
@@ -87,9 +78,7 @@ def sweep_to_netcdf(
     fresh : bool
         Whether to begin anew even where finished parts are there.
     material, thickness : Material and float, optional
-        Both or none: then the file is that of `dea_maps.physical`, with volts and seconds for this film. If the
-        material knows its breakdown strength, it is also that of `dea_maps.breakdown`, to the same `rtol` (1e-6 with a
-        method of fixed step). Parts that rest on a strength given as a function are not used by a later call, unless
+        The film, as in `sweep`. Parts computed with a strength given as a function are not used by a later call, unless
         the function is that of a specification, ``{at_rest, exponent}``.
 
     Raises
@@ -115,53 +104,54 @@ def sweep_to_netcdf(
     ...     os.listdir(folder)
     ['map.nc']
     """
+    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
+    request = Request(program, given, rtol, method, formulation, step, material, thickness)
     plan = planned_file(
-        path,
-        program,
-        modulus_ratio=modulus_ratio,
-        prestretch=prestretch,
-        stress=stress,
-        rtol=rtol,
-        method=method,
-        formulation=formulation,
-        step=step,
-        variables=variables,
-        dtype=dtype,
-        engine=engine,
-        scheduler=scheduler,
-        memory=memory,
-        material=material,
-        thickness=thickness,
-        **parameters,
+        path, request, variables=variables, dtype=dtype, engine=engine, scheduler=scheduler, memory=memory
     )
+    write(plan, fresh, progress)
+
+
+def write(plan: Plan, fresh: bool, progress: bool) -> None:
+    """Compute what is planned, and write its file, see `sweep_to_netcdf`.
+
+    Parameters
+    ----------
+    plan : Plan
+        From `planned_file`.
+    fresh, progress : bool
+        As in `sweep_to_netcdf`.
+
+    Raises
+    ------
+    OSError
+        As in `sweep_to_netcdf`.
+    """
     if plan.grid.cells == 0:
         write_dataset(plan.hollow(), plan.path)
         return
     with shown_notices(progress), progress_bar(plan.grid) if progress else nullcontext() as bar:
-        stream(plan, engine=engine, scheduler=scheduler, fresh=fresh, on_cells=bar.update if bar else _nothing)
+        stream(plan, fresh=fresh, on_cells=bar.update if bar else _nothing)
 
 
 def planned_file(
     path: PathLike,
-    program: Program,
+    request: Request,
     *,
     variables: Iterable[str] | None = None,
     dtype: str = "float64",
     engine: str = "threads",
     scheduler: str | None = None,
     memory: str | int | None = None,
-    material: Material | None = None,
-    thickness: float | None = None,
-    **asked: Any,
 ) -> Plan:
     """Return what `sweep_to_netcdf` would do, with everything checked and nothing computed.
 
     Parameters
     ----------
-    path, program, variables, dtype, engine, scheduler, memory, material, thickness
+    path, variables, dtype, engine, scheduler, memory
         As in `sweep_to_netcdf`.
-    **asked
-        The parameters and the accuracy, as in `sweep`.
+    request : Request
+        What is asked.
 
     Returns
     -------
@@ -174,8 +164,6 @@ def planned_file(
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"path must be a string or path-like; got {brief(path)}")
-    limited = material is not None and material.breakdown_strength is not None
-    kept = _kept(variables, (*program.results, *BREAKDOWN) if limited else program.results)
     for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
@@ -183,17 +171,13 @@ def planned_file(
         raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
     if engine == "dask":
         check_dask(scheduler)
-    grid, choice = planned(program, **asked)
+    grid, choice, film = request.planned()
+    results = grid.program.results
+    kept = _kept(variables, (*results, *BREAKDOWN) if film is not None and film.limited else results)
     room = _bytes(memory)
-    film = _film(material, thickness)
-    if film is not None and limited:
-        rtol_of(choice)
-        check_strength(film[0].strength, _LOOKED_AT)
     check_netcdf_name(path)
     target = check_writable(path)
-    if film is not None and grid.cells:
-        _warn(grid, *film)
-    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film)
+    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film, engine, scheduler)
     _check_room(plan, target, check_parts(target))
     return plan
 
@@ -210,27 +194,6 @@ def _check_room(plan: Plan, target: Path, there: int) -> None:
             f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
             f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
         )
-
-
-def _film(material: Material | None, thickness: float | None) -> Film | None:
-    if material is None and thickness is None:
-        return None
-    if material is None or thickness is None:
-        lacking = "material" if material is None else "thickness"
-        raise TypeError(f"material and thickness must be given together; got no {lacking}")
-    check_film(material, thickness)
-    return material, float(thickness)
-
-
-def _warn(grid: Grid, material: Material, thickness: float) -> None:
-    """Warn of what is implausible for a film."""
-    warn_film(material, thickness)
-    for name, kind in grid.program.kinds.items():
-        values = grid.coords[name].values
-        if kind == "field" and values.max() > 0.0:
-            warn_implausible("voltage", values.max(), scales(material, thickness, field=values.max()))
-        elif kind == "rate":
-            warn_implausible("rate", values, scales(material, thickness, rate=values))
 
 
 def _nothing(cells: int) -> None:

@@ -9,10 +9,9 @@ import xarray as xr
 
 from ..atomic import PathLike
 from ..checks import brief
-from ..limits.answers import BREAKDOWN as BREAKS_DOWN
-from ..limits.answers import LIMITS
 from ..materials.scales import scales_of
-from ..nomenclature import BREAKDOWN, FLAGGED, GENERAL, KINDS, OUTCOMES, VARIABLES, cf_attributes
+from ..nomenclature import BREAKDOWN, FLAGGED, GENERAL, KINDS, VARIABLES, cf_attributes
+from ..outcomes import Limit, Outcome, words_of
 from ..program_text import kinds_in, program_of
 from ..programs import PROGRAMS
 from ..sweeps.chunks import cut
@@ -21,8 +20,7 @@ from ..sweeps.parameters import check_values
 from .netcdf import open_map
 
 _BLOCK = 2**22  # cells read at once
-_SURVIVES, _FAILS_LATER, _FAILS_AT_ONCE = range(3)
-_FLAGS = {"outcome": OUTCOMES, "first_limit": LIMITS}
+_FLAGS = {"outcome": words_of(Outcome), "first_limit": words_of(Limit)}
 _OTHER_KINDS = {"allowable_voltage", *GENERAL}
 _AT_LEAST_ONE = {name for name in (*VARIABLES, "breakdown_stretch") if "stretch" in name}
 
@@ -181,7 +179,7 @@ def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
         if name in FLAGGED or by not in block:
             continue
         if by == "outcome":
-            survives, ends = block[by] == _SURVIVES, "steady_stretch_max" not in block
+            survives, ends = block[by] == Outcome.SURVIVES, "steady_stretch_max" not in block
             has_value = {
                 "final_stretch": survives & ends,
                 "largest_stretch": survives | _fails(block[by]),
@@ -189,7 +187,7 @@ def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
                 "steady_stretch_min": survives,
             }.get(name, _fails(block[by]))
         else:
-            has_value = block[by] == BREAKS_DOWN
+            has_value = block[by] == Limit.BREAKDOWN
         if not np.array_equal(np.isfinite(values), has_value) or not np.array_equal(np.isnan(values), ~has_value):
             raise ValueError(f"{name} has values where the {by.replace('_', ' ')} has none, or none where it has")
         if np.any(values[has_value] < (0.999 if name in _AT_LEAST_ONE else 0.0)):
@@ -197,4 +195,4 @@ def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
 
 
 def _fails(outcome: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
-    return np.isin(outcome, (_FAILS_LATER, _FAILS_AT_ONCE))
+    return np.isin(outcome, (Outcome.FAILS_LATER, Outcome.FAILS_AT_ONCE))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import brentq, elementwise
 
-from ..nomenclature import OUTCOMES
+from ..outcomes import Outcome
 from .free_energy import CRITICAL_FIELD, State, equations_of_state
 from .integrate import REFERENCE, ROWS, TIME, Leg, Loading, follow
 from .load_history import LoadHistory
@@ -16,7 +16,7 @@ from .load_history import LoadHistory
 Array = npt.NDArray[np.float64]
 
 _LOOKS = 4  # within a step, for a loss of tension
-_LATE = 50.0  # relaxation times after the last change of a load: what lives on is slow, for an implicit method
+_LATE = 50.0  # relaxation times after the last change of a load: what remains is slow, for an implicit method
 
 
 class Loads(NamedTuple):
@@ -27,7 +27,7 @@ class Loads(NamedTuple):
     direction_1, direction_2 : LoadHistory
         Nominal stress over ``mu_R``, or stretch.
     field : LoadHistory
-        Nominal field over the relaxed critical field.
+        Nominal field normalised by the relaxed critical field.
     held : tuple of bool
         For each direction, whether it is the stretch that is prescribed.
     """
@@ -53,25 +53,24 @@ class Loads(NamedTuple):
         return [*times, times[-1] + _LATE]
 
 
-class Life(NamedTuple):
-    """What became of a film.
+class Result(NamedTuple):
+    """The result of an integration.
 
     Attributes
     ----------
     legs : list of Leg
         What was integrated, in order of time.
-    outcome : int
-        Index into `OUTCOMES`.
+    outcome : Outcome
     end : ndarray of shape (ROWS,)
-        The last state: at failure, at rest, or where integration was given up.
+        The last state: at failure, in the steady state, or where the integration did not converge.
     """
 
     legs: list[Leg]
-    outcome: int
+    outcome: Outcome
     end: Array
 
 
-def live(loads: Loads, p: float, rtol: float) -> Life:
+def integrated(loads: Loads, p: float, rtol: float) -> Result:
     """Follow a film until it fails or its dashpot rests under loads that no longer change.
 
     A film that comes to the instability at a corner of its loads, as far as this accuracy can tell, fails there if it
@@ -99,22 +98,22 @@ def live(loads: Loads, p: float, rtol: float) -> Life:
             rows = end.rows
             legs += [leg] if leg else []
             if end.why != "arrived":
-                if close is None or end.why == "given up":
-                    return Life(legs, _outcome(end.why, rows), rows)
+                if close is None or end.why == "not converged":
+                    return Result(legs, _outcome(end.why, rows), rows)
                 same = end.why == "unstable" and rows[TIME] <= close[TIME] * (1.0 + rtol)
-                return Life(legs, _outcome("unstable" if same else "given up", close), close)
+                return Result(legs, _outcome("unstable" if same else "not converged", close), close)
             if end.close and close is None:
                 close = rows
     raise AssertionError("the last line has no end in time")
 
 
-def sampled(life: Life, times: Array) -> Array:
+def sampled(result: Result, times: Array) -> Array:
     """Return the states of a film at times, NaN after its failure.
 
     Parameters
     ----------
-    life : Life
-        From `live`.
+    result : Result
+        From `integrated`.
     times : ndarray of shape (n,)
         In relaxation times, at least 0.
 
@@ -123,9 +122,9 @@ def sampled(life: Life, times: Array) -> Array:
     ndarray of shape (ROWS, n)
     """
     rows = np.full((ROWS, times.size), np.nan)
-    if OUTCOMES[life.outcome] == "survives":
-        rows[:] = life.end[:, np.newaxis]
-    for leg in life.legs:
+    if result.outcome == Outcome.SURVIVES:
+        rows[:] = result.end[:, np.newaxis]
+    for leg in result.legs:
         within = (times >= leg.times[0]) & (times <= leg.times[-1])
         if within.any():
             rows[:, within] = _sample(leg, times[within])
@@ -147,13 +146,13 @@ def _sample(leg: Leg, times: Array) -> Array:
     return leg.states(np.where(signs_equal, nearer, found.x))
 
 
-def tension_loss(life: Life, loads: Loads, p: float, rtol: float) -> float:
+def tension_loss(result: Result, loads: Loads, p: float, rtol: float) -> float:
     """Return the time at which a stress first becomes compressive, NaN where none does before the film fails.
 
     Parameters
     ----------
-    life : Life
-        From `live`.
+    result : Result
+        From `integrated`.
     loads : Loads
         What is prescribed.
     p : float
@@ -162,24 +161,24 @@ def tension_loss(life: Life, loads: Loads, p: float, rtol: float) -> float:
         Relative error allowed: a stress that follows from a prescribed stretch is compressive where it is less than
         that of the unrelaxed modulus below 0.
     """
-    last = life.end[TIME] if OUTCOMES[life.outcome] != "survives" else inf
+    last = result.end[TIME] if result.outcome != Outcome.SURVIVES else inf
     found = [inf]
     for direction, (history, held) in enumerate(zip(loads[:2], loads.held, strict=True)):
         if held:
-            found.append(_slack(life, direction, p, rtol * (1.0 + p)))
+            found.append(_slack(result, direction, p, rtol * (1.0 + p)))
         else:
             found.append(history.first_below_zero())
     first = min(found)
     return first if first < inf and first <= last else nan
 
 
-def _slack(life: Life, direction: int, p: float, least: float) -> float:
+def _slack(result: Result, direction: int, p: float, least: float) -> float:
     """Return when the stress of a direction whose stretch is prescribed falls below 0, infinity where it does not."""
 
     def stress(rows: Array) -> Array:
         return np.asarray(equations_of_state(State(*rows[:TIME]), p)[direction])
 
-    for leg in life.legs:
+    for leg in result.legs:
         start, stop = leg.nodes[:-1, np.newaxis], leg.nodes[1:, np.newaxis]
         s = np.append((start + np.linspace(0.0, 1.0, _LOOKS, endpoint=False) * (stop - start)).ravel(), leg.nodes[-1])
         along = stress(leg.states(s))
@@ -190,7 +189,7 @@ def _slack(life: Life, direction: int, p: float, least: float) -> float:
                 return float(leg.times[0])
             ends = s[tense[-1]], s[tense[-1] + 1]
             return float(leg.states(np.array([_zero(leg, stress, *ends)]))[TIME, 0])
-    return float(life.end[TIME]) if stress(life.end) < -least else inf  # within a sudden change
+    return float(result.end[TIME]) if stress(result.end) < -least else inf  # within a sudden change
 
 
 def _zero(leg: Leg, stress: Callable[[Array], Array], low: float, high: float) -> float:
@@ -198,7 +197,7 @@ def _zero(leg: Leg, stress: Callable[[Array], Array], low: float, high: float) -
     return float(brentq(lambda s: float(stress(leg.states(np.array([s])))[0]), low, high))
 
 
-def _outcome(why: str, rows: Array) -> int:
+def _outcome(why: str, rows: Array) -> Outcome:
     if why == "unstable":
-        return OUTCOMES.index("fails_at_once" if rows[TIME] == 0.0 else "fails_later")
-    return OUTCOMES.index("survives" if why == "at rest" else "unresolved")
+        return Outcome.FAILS_AT_ONCE if rows[TIME] == 0.0 else Outcome.FAILS_LATER
+    return Outcome.SURVIVES if why == "steady state" else Outcome.UNRESOLVED

@@ -1,8 +1,9 @@
 """The general model: free energy, equations of state, flow and Hessian at unequal stretches.
 
-Zhao, Koh and Suo (2011), sections 2 to 4, equation numbers theirs. Everything is dimensionless: stresses and energy
-densities over ``mu_R``, time over ``tau``, the nominal electric displacement over ``sqrt(eps mu_R)`` and the nominal
-field over ``sqrt(mu_R/eps)``, of which the relaxed critical field ``Ec`` is `CRITICAL_FIELD`; ``p = mu_U/mu_R - 1``.
+Zhao, Koh and Suo (2011), sections 2 to 4; equation numbers refer to the paper. Everything is dimensionless, normalised:
+stresses and energy densities by ``mu_R``, time by ``tau``, the nominal electric displacement by ``sqrt(eps mu_R)`` and
+the nominal field by ``sqrt(mu_R/eps)``; `CRITICAL_FIELD` is ``Ec``, the relaxed critical field, so normalised;
+``p = mu_U/mu_R - 1``.
 All functions but `scaled_hessian` take floats or arrays of one shape.
 """
 

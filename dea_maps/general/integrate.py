@@ -32,7 +32,7 @@ REFERENCE = (1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0)
 _RETURN = 5.0  # per relaxation time, like the fastest flow: no stiffer than the model is
 _SAFETY = 0.02  # of the tolerance of the results, for that of a step
 _SMALLEST_TOLERANCE = 2.5e-14  # what SciPy's methods accept
-_SLOW = 300.0  # relaxation times: an implicit method takes longer lines, and the wait for rest, in fewer steps
+_SLOW = 300.0  # relaxation times: on longer lines, and up to the steady state, an implicit method takes fewer steps
 _MOST_EVALUATIONS = 50_000  # of the rates on a line, a second or two; a line that needs more is unresolved
 _SMALLEST_MOTION = 1e-13  # per relaxation time: less is rounding
 _DIFFERENCE = 1e-7  # of a Jacobian, relative
@@ -95,7 +95,7 @@ class End(NamedTuple):
     ----------
     rows : ndarray of shape (ROWS,)
         The last state.
-    why : {"arrived", "unstable", "at rest", "given up"}
+    why : {"arrived", "unstable", "steady state", "not converged"}
         What stopped it.
     close : bool
         Whether it arrived so close to an instability, or became unstable so close to its end, that the two cannot be
@@ -137,9 +137,9 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
     line = _Line(loading, since, duration, p)
     rows = rows.copy()
     rows[TIME] = 0.0
-    resting = max(rtol / (1.0 + p), _SMALLEST_MOTION)  # a film of large modulus ratio is slow, not at rest
+    resting = max(rtol / (1.0 + p), _SMALLEST_MOTION)  # a film of large modulus ratio is slow, not in its steady state
     if duration == inf and line.motion(rows) <= resting:
-        return None, _at_rest(line.dated(rows), loading, rtol)
+        return None, _steady_state(line.dated(rows), loading, rtol)
     tolerance = max(_SAFETY * rtol, _SMALLEST_TOLERANCE)
     method: type[OdeSolver] = DOP853
     options: dict[str, Any] = {"rtol": tolerance, "atol": tolerance}
@@ -155,20 +155,20 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
             times = np.maximum.accumulate(line.time(np.array([state[TIME] for state in states])))
             times[-1] = max(times[-2], rows[TIME])
             leg = Leg(OdeSolution(nodes, pieces), np.array(nodes), times, line)
-        if why == "at rest":
-            return leg, _at_rest(rows, loading, rtol)
+        if why == "steady state":
+            return leg, _steady_state(rows, loading, rtol)
         return leg, End(rows, why, close)
 
     with np.errstate(all="ignore"):  # a trial step may go anywhere: it is rejected
         try:
             if not np.isfinite(line.rates(0.0, rows)).all():
-                return ended(rows, "given up")
+                return ended(rows, "not converged")
             solver = method(line.rates, 0.0, rows, inf, **options)
             while True:
                 before = solver.y
                 solver.step()
                 if solver.status == "failed":
-                    return ended(before, "given up")
+                    return ended(before, "not converged")
                 piece = solver.dense_output()
                 pieces.append(piece)
                 nodes.append(solver.t)
@@ -189,16 +189,16 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
                     nodes[-1], states[-1] = landing.arrival(nodes[-1])
                     return ended(states[-1], "arrived")
                 if duration == inf and line.motion(solver.y) <= resting:
-                    return ended(solver.y, "at rest")
+                    return ended(solver.y, "steady state")
         except _TooMuchWorkError:
-            return ended(states[-1], "given up")
+            return ended(states[-1], "not converged")
 
 
-def _at_rest(rows: Array, loading: Loading, rtol: float) -> End:
-    """Solve for the stable state of full relaxation that a film almost at rest tends to.
+def _steady_state(rows: Array, loading: Loading, rtol: float) -> End:
+    """Solve for the stable state of full relaxation that a film close to its steady state tends to.
 
-    There the dashpot has taken all of the stretch, and (18) to (20) are those of a film with ``mu_R`` alone.
-    A film that lingers where there is no such state is given up.
+    There the dashpot has the stretch of the film, and (18) to (20) are those of a film with ``mu_R`` alone.
+    A film that moves slowly where there is no such state is not converged.
     """
     values = np.array(rows[:3])
     free = np.array([not loading.held[0], not loading.held[1], True])
@@ -211,17 +211,17 @@ def _at_rest(rows: Array, loading: Loading, rtol: float) -> End:
         try:
             change[free] = np.linalg.solve(matrix[np.ix_(free, free)], gap[free])
         except np.linalg.LinAlgError:  # on the border of stability itself
-            return End(rows, "given up")
+            return End(rows, "not converged")
         values += change
         if np.abs(change).max() < 1e-15 * np.abs(values).max():
             break
     stable = scaled_hessian(_relaxed(values), 0.0, loading.held).phi > 0.0
     moved = values - rows[:3]
     if not stable or not np.abs(moved).max() < sqrt(rtol) * np.abs(values).max():
-        return End(rows, "given up")
+        return End(rows, "not converged")
     end = np.array([*values, values[0], values[1], *rows[TIME:]])
     end[WORK] += float(np.dot(moved, loading.start))  # nothing is moved where the stretch is prescribed
-    return End(end, "at rest")
+    return End(end, "steady state")
 
 
 def _relaxed(values: Array) -> State[float]:

@@ -1,25 +1,23 @@
 """Trajectories of the general model: films under any stresses, or stretches, and field."""
 
-from importlib.metadata import version
 from math import inf
 
 import numpy as np
 import numpy.typing as npt
+import scipy
 import xarray as xr
 
 from .. import __version__
 from ..checks import brief
-from ..nomenclature import KINDS, OUTCOMES, Kind, cf_attributes, flags
-from ..sweeps.parameters import check_values
-from ..sweeps.trajectories import checked_times
-from .film import Life, Loads, live, sampled, tension_loss
+from ..nomenclature import KINDS, Kind, cf_attributes
+from ..outcomes import GeneralLimit, Outcome, flag_attributes, words_of
+from ..sweeps.parameters import check_values, checked_times
+from .film import Loads, Result, integrated, sampled, tension_loss
 from .free_energy import CRITICAL_FIELD, State, det_hessian, dissipation_rate, equations_of_state, free_energy
 from .integrate import DISSIPATED, TIME, WORK
 from .load_history import Load, as_history
 
 _STRESS, _STRETCH = Kind(-inf), Kind(0.0, included=False)
-LIMITS = ("none", "instability", "tension_loss", "unresolved")
-"""Words for the values 0, 1, 2, ... of ``first_limit`` of a general trajectory."""
 _TIGHTEST, _LOOSEST = 1e-12, 1e-3
 
 
@@ -49,9 +47,9 @@ def general_trajectory(
     modulus_ratio : float
         Unrelaxed over relaxed shear modulus, at least 1.
     field : float or LoadHistory
-        Nominal field over the relaxed critical field, at least 0. A number acts from time 0 on.
+        Nominal field normalised by the relaxed critical field, at least 0. A number acts from time 0 on.
     stress_1, stress_2 : float or LoadHistory, optional
-        Nominal stresses, dead loads, over the relaxed shear modulus; negative where they compress.
+        Nominal stresses, dead loads, normalised by the relaxed shear modulus; negative where they compress.
     stretch_1, stretch_2 : float or LoadHistory, optional
         Stretches, above 0, where they are prescribed instead. Failure is then that of what is left free: the
         Hessian without the rows and columns of a prescribed stretch.
@@ -114,8 +112,8 @@ def general_trajectory(
             )
     history = as_history("field", field, KINDS["field"])
     loads = Loads(directions[0], directions[1], history, (stretch_1 is not None, stretch_2 is not None))
-    life = live(loads, ratio - 1.0, tolerance)
-    ds = _dataset(life, times, ratio, tension_loss(life, loads, ratio - 1.0, tolerance))
+    result = integrated(loads, ratio - 1.0, tolerance)
+    ds = _dataset(result, times, ratio, tension_loss(result, loads, ratio - 1.0, tolerance))
     names = [f"{'stretch' if held else 'stress'}_{number}" for number, held in enumerate(loads.held, start=1)]
     prescribed = {name: str(load) for name, load in zip(names, directions, strict=True)} | {"field": str(history)}
     return _annotated(ds, {f"prescribed_{name}": load for name, load in prescribed.items()}, tolerance)
@@ -127,9 +125,9 @@ def _number(name: str, value: object) -> float:
     return float(value)
 
 
-def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: float) -> xr.Dataset:
-    """Return what a film did along times, what became of it, and when it lost its tension."""
-    rows, p = sampled(life, times), ratio - 1.0
+def _dataset(result: Result, times: npt.NDArray[np.float64], ratio: float, slack: float) -> xr.Dataset:
+    """Return the states of a film at times, its outcome, and the time of its loss of tension."""
+    rows, p = sampled(result, times), ratio - 1.0
     state = State(*rows[:TIME])
     stress_1, stress_2, field = equations_of_state(state, p)
     along = {
@@ -147,7 +145,7 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: fl
         "work": rows[WORK],
         "dissipated_energy": rows[DISSIPATED],
     }
-    end, outcome = life.end, OUTCOMES[life.outcome]
+    end, outcome = result.end, words_of(Outcome)[result.outcome]
     failed = outcome.startswith("fails")
     last = State(*end[:TIME].tolist())
     at_failure = {
@@ -160,20 +158,23 @@ def _dataset(life: Life, times: npt.NDArray[np.float64], ratio: float, slack: fl
     }
     at_rest = {"final_stretch_1": last.stretch_1, "final_stretch_2": last.stretch_2}
     at_limit = {"survives": "none", "unresolved": "unresolved"}.get(outcome, "instability")
-    limit = LIMITS.index(at_limit if np.isnan(slack) else "tension_loss")
+    limit = words_of(GeneralLimit).index(at_limit if np.isnan(slack) else "tension_loss")
     numbers = {name: value if failed else np.nan for name, value in at_failure.items()}
     numbers |= {name: value if outcome == "survives" else np.nan for name, value in at_rest.items()}
-    described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flags(OUTCOMES)}
-    ds = xr.Dataset({"outcome": ((), np.int8(life.outcome), described)})
-    ds["first_limit"] = ((), np.int8(limit), {**cf_attributes("first_limit"), **flags(LIMITS)})
+    described = {**cf_attributes("outcome"), "standard_name": "status_flag", **flag_attributes(Outcome)}
     numbers["time_to_tension_loss"] = slack
-    for name, values in along.items():
-        ds[name] = ("time", values, cf_attributes(name))
-    for name, value in numbers.items():
-        ds[name] = ((), np.float64(value), cf_attributes(name))
-    return ds.assign_coords(
-        time=("time", times, cf_attributes("time")),
-        modulus_ratio=((), ratio, cf_attributes("modulus_ratio")),
+    coords = {
+        "time": ("time", times, cf_attributes("time")),
+        "modulus_ratio": ((), ratio, cf_attributes("modulus_ratio")),
+    }
+    return xr.Dataset(
+        {
+            "outcome": ((), np.int8(result.outcome), described),
+            "first_limit": ((), np.int8(limit), {**cf_attributes("first_limit"), **flag_attributes(GeneralLimit)}),
+            **{name: ("time", values, cf_attributes(name)) for name, values in along.items()},
+            **{name: ((), np.float64(value), cf_attributes(name)) for name, value in numbers.items()},
+        },
+        coords,
     )
 
 
@@ -185,7 +186,7 @@ def _annotated(ds: xr.Dataset, prescribed: dict[str, str], rtol: float) -> xr.Da
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": "Trajectory of a dielectric-elastomer film under prescribed stresses or stretches and field",
         "summary": "Viscoelastic dielectric-elastomer film at unequal stretches up to electromechanical instability; "
-        "stresses over the relaxed shear modulus, fields over the relaxed critical field, times over the "
+        "stresses normalised by the relaxed shear modulus, fields by the relaxed critical field, times by the "
         "relaxation time",
         "keywords": "dielectric elastomer, actuator, electromechanical instability, viscoelasticity",
         "source": f"dea_maps {release}, numerical integration of the general model of the reference",
@@ -196,7 +197,7 @@ def _annotated(ds: xr.Dataset, prescribed: dict[str, str], rtol: float) -> xr.Da
         "rtol": rtol,
         "dea_maps_version": release,
         "numpy_version": np.__version__,
-        "scipy_version": version("scipy"),
+        "scipy_version": scipy.__version__,
     }
     for variable in ds.variables.values():
         variable.encoding = {"_FillValue": None}

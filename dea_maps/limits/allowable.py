@@ -4,14 +4,17 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ..checks import brief
+from ..checks import brief, in_units
+from ..materials.material import Material
+from ..materials.si_units import Film, film_of, in_si, warn_film
 from ..nomenclature import KINDS
+from ..outcomes import Outcome, Reason, flag_attributes
 from ..programs import Program
 from ..sweeps.grid import kinds_taken, make_grid
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import FAILS_AT_ONCE, SURVIVES, UNRESOLVED, Parameters, solve_auto
-from .answers import ALWAYS, ANSWERED, NEVER, REASONS, tight_rtol
-from .answers import UNRESOLVED as NOT_ANSWERED
+from ..sweeps.ratios import in_ratios
+from ..sweeps.solve import Parameters, solve_auto
+from .answers import tight_rtol
 
 Array = npt.NDArray[np.float64]
 
@@ -30,30 +33,37 @@ def allowable(
     program: Program,
     parameter: str,
     *,
-    modulus_ratio: ParameterLike,
+    modulus_ratio: ParameterLike | None = None,
     lifetime: float = np.inf,
+    lifetime_seconds: float | None = None,
     cycles: float | None = None,
     prestretch: ParameterLike | None = None,
     stress: ParameterLike | None = None,
     rtol: float = 1e-6,
+    material: Material | None = None,
+    thickness: float | None = None,
     **others: ParameterLike,
 ) -> xr.Dataset:
     """Find the largest value of a parameter with which films survive, or last for a time or a number of cycles.
 
     Films keep their order: under the pointwise larger load no film fails later, so that there is one largest value of
     a field, a width, a hold time or a duty. For a period and a fall time that is so if it makes the load larger at no
-    time smaller; for a rate the answer is the fastest with which the film lasts.
+    time smaller; for a rate the answer is the fastest with which the film lasts. Instability alone is asked about, not
+    electrical breakdown, whatever the material knows of it.
 
     Parameters
     ----------
     program : Program
         The loading program.
     parameter : str
-        The one that is asked for: a field, a rate, a time, a period or a share.
-    modulus_ratio, prestretch, stress, **others : number, 1-D array or DataArray
-        The other parameters, as in `dea_maps.sweep`.
+        The one that is asked for: a field, a rate, a time, a period or a share; for a film, also by its name in SI
+        units.
+    modulus_ratio, prestretch, stress, material, thickness, **others
+        The other parameters, and the film, as in `dea_maps.sweep`.
     lifetime : float
         How long the films must last, in relaxation times; without end by default.
+    lifetime_seconds : float, optional
+        The same in s, for a film, instead of `lifetime`.
     cycles : float, optional
         How many repetitions of a repeated program they must last, instead of a lifetime.
     rtol : float
@@ -63,7 +73,7 @@ def allowable(
     -------
     Dataset
         ``allowable`` and ``reason``: "answered"; "always" where every value looked at is allowed, "never" where
-        none is, "unresolved"; NaN there.
+        none is, "unresolved"; NaN there. For a film also its twin in SI units, as ``allowable_voltage``.
 
     Raises
     ------
@@ -76,23 +86,38 @@ def allowable(
     >>> ds = dm.allowable(dm.Step(), "field", modulus_ratio=4.0, lifetime=2.443625636)
     >>> round(float(ds.allowable), 6)
     1.2
+    >>> ds = dm.allowable(dm.Step(), "voltage", lifetime_seconds=600.0, material=dm.VHB, thickness=100e-6)
+    >>> round(float(ds.allowable_voltage))
+    1863
     """
     tight = tight_rtol(rtol)
     kinds = kinds_taken(program)
-    if parameter not in program.parameters:
-        names = ", ".join(program.parameters)
-        raise ValueError(f"parameter must be one of {names} for the program {program.name!r}; got {brief(parameter)}")
-    if parameter in others:
-        raise ValueError(f"{parameter} = {brief(others[parameter])} must be left out: it is asked for")
+    film = film_of(material, thickness)
+    parameter = _asked(program, parameter, film)
+    if lifetime_seconds is not None:
+        if lifetime != np.inf:
+            raise ValueError("lifetime and lifetime_seconds must not both be given: they are the same quantity")
+        if film is None:
+            message = f"lifetime_seconds = {brief(lifetime_seconds)} is in s: material and thickness are missing"
+            raise ValueError(message)
+        lifetime_seconds = in_units("lifetime_seconds", lifetime_seconds, "s")
+        _check_number("lifetime_seconds", lifetime_seconds)
+        lifetime = lifetime_seconds / film.material.relaxation_time
+    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **others}
+    ratios = in_ratios(kinds, given, film)
+    if film is not None:
+        warn_film(*film)
+        ratios.setdefault("modulus_ratio", film.material.modulus_ratio)
+    if parameter in ratios:
+        raise ValueError(f"{parameter} = {brief(ratios[parameter])} must be left out: it is asked for")
     if kinds[parameter] not in _RANGES:
         raise ValueError(f"parameter must be a field, a rate, a time, a period or a share; got {parameter!r}")
     for name, value in (("lifetime", lifetime), ("cycles", cycles)):
-        if value is not None and not (isinstance(value, int | float) and value >= 0.0):
-            raise ValueError(f"{name} must be a number of at least 0; got {brief(value)}")
+        if value is not None:
+            _check_number(name, value)
     if cycles is not None and program.repeats == 1:
         raise ValueError(f"cycles must be left out for the program {program.name!r}, which is not repeated")
-    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **others}
-    grid = make_grid(program, **given, **{parameter: _placeholder(kinds[parameter])})
+    grid = make_grid(program, **ratios, **{parameter: _placeholder(kinds[parameter])})
     cells = {name: np.array(values, dtype=np.float64).ravel() for name, values in grid.parameters.items()}
     wanted = (lifetime, cycles)
     low, high = (np.full(cells["modulus_ratio"].size, bound) for bound in _RANGES[kinds[parameter]])
@@ -101,20 +126,38 @@ def allowable(
         low, high = low * scale, high * scale
     found, reason = _search(program, parameter, cells, low, high, wanted, rtol, tight)
     dims = grid.dims
-    flags = {"flag_values": np.arange(len(REASONS), dtype=np.int8), "flag_meanings": " ".join(REASONS)}
     words = f"largest {parameter.replace('_', ' ')} with which a film lasts"
     coords = {name: variable for name, variable in grid.coords.items() if name != parameter}
-    return xr.Dataset(
+    ds = xr.Dataset(
         {
             "allowable": (dims, found.reshape(grid.shape), {"long_name": words, "units": "1"}),
             "reason": (
                 dims,
                 reason.reshape(grid.shape),
-                {"long_name": "whether there is an answer", "units": "1", **flags},
+                {"long_name": "whether there is an answer", "units": "1", **flag_attributes(Reason)},
             ),
         },
         coords,
     )
+    if film is None:
+        return ds
+    answer = {"allowable": kinds[parameter]}
+    return in_si(ds, *film, {name: kind for name, kind in kinds.items() if name in coords} | answer)
+
+
+def _asked(program: Program, parameter: str, film: Film | None) -> str:
+    """Return the name of the parameter that is asked for, given perhaps by that in SI units."""
+    twins = {} if film is None else {KINDS[kind].twin(name): name for name, kind in program.kinds.items()}
+    name = twins.get(parameter, parameter)
+    if name not in program.parameters:
+        names = ", ".join([*program.parameters, *(twin for twin in twins if twin)])
+        raise ValueError(f"parameter must be one of {names} for the program {program.name!r}; got {brief(parameter)}")
+    return name
+
+
+def _check_number(name: str, value: object) -> None:
+    if not (isinstance(value, int | float) and value >= 0.0):
+        raise ValueError(f"{name} must be a number of at least 0; got {brief(value)}")
 
 
 def _placeholder(kind: str) -> float:
@@ -142,16 +185,18 @@ def _search(
         if cycles is not None and found.cycles_to_failure is not None:
             long_enough = found.cycles_to_failure >= cycles
         else:
-            long_enough = (found.time_to_failure >= lifetime) & (found.outcome != FAILS_AT_ONCE)
-        answer = np.where((found.outcome == SURVIVES) | long_enough, 1, 0)
-        return np.where(found.outcome == UNRESOLVED, -1, answer).astype(np.int8)
+            long_enough = (found.time_to_failure >= lifetime) & (found.outcome != Outcome.FAILS_AT_ONCE)
+        answer = np.where((found.outcome == Outcome.SURVIVES) | long_enough, 1, 0)
+        return np.where(found.outcome == Outcome.UNRESOLVED, -1, answer).astype(np.int8)
 
     everywhere = np.ones(low.size, np.bool_)
     at_low, at_high = lasts(low, everywhere), lasts(high, everywhere)
     reason = np.select(
-        [at_high == 1, at_low == 0, (at_low == -1) | (at_high == -1)], [ALWAYS, NEVER, NOT_ANSWERED], ANSWERED
+        [at_high == 1, at_low == 0, (at_low == -1) | (at_high == -1)],
+        [Reason.ALWAYS, Reason.NEVER, Reason.UNRESOLVED],
+        Reason.ANSWERED,
     ).astype(np.int8)
-    open_ = reason == ANSWERED
+    open_ = reason == Reason.ANSWERED
     unknown = np.zeros(low.size, np.bool_)
     for _ in range(_BISECTIONS):
         if not open_.any():
@@ -164,8 +209,8 @@ def _search(
         high = np.where(open_ & (answer != 1), middle, high)
         open_ &= high > low * (1.0 + 0.2 * rtol)
     # What is not known on the way lies next to the answer, or the answer is not known.
-    reason[unknown & (reason == ANSWERED) & ~_narrow(low, high, rtol)] = NOT_ANSWERED
-    return np.where(reason == ANSWERED, np.sqrt(low * high), np.nan), reason
+    reason[unknown & (reason == Reason.ANSWERED) & ~_narrow(low, high, rtol)] = Reason.UNRESOLVED
+    return np.where(reason == Reason.ANSWERED, np.sqrt(low * high), np.nan), reason
 
 
 def _narrow(low: Array, high: Array, rtol: float) -> npt.NDArray[np.bool_]:

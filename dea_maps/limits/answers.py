@@ -9,7 +9,7 @@ import xarray as xr
 from scipy.optimize import elementwise
 
 from ..checks import brief
-from ..nomenclature import flags
+from ..outcomes import Limit, Reason, flag_attributes
 from ..sweeps.methods import LARGEST_RTOL
 from ..sweeps.methods import SMALLEST_RTOL as _SMALLEST_OF_SWEEPS
 from ..sweeps.parameters import ParameterLike
@@ -20,14 +20,6 @@ SMALLEST_RTOL = 1e-10
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.int8]
 Cells = npt.NDArray[np.bool_]
-
-REASONS = ("answered", "always", "never", "beyond_rates", "unresolved", "breaks_down")
-"""Words for the values 0, 1, 2, ... of ``reason``."""
-ANSWERED, ALWAYS, NEVER, BEYOND, UNRESOLVED, BREAKS_DOWN = range(len(REASONS))
-
-LIMITS = ("none", "instability", "breakdown", "unresolved")
-"""Words for the values 0, 1, 2, ... of ``limit`` and ``first_limit``."""
-NO_LIMIT, INSTABILITY, BREAKDOWN, UNKNOWN_LIMIT = range(len(LIMITS))
 
 
 def tight_rtol(rtol: float) -> float:
@@ -104,7 +96,7 @@ def roots(
     found : (n,) ndarray
         NaN where none was looked for.
     reason : (n,) ndarray of int8
-        Of `REASONS`: answered or unresolved.
+        Of `Reason`: answered or unresolved.
 
     Examples
     --------
@@ -118,7 +110,7 @@ def roots(
         own = tuple(argument[inner] for argument in arguments)
         result = elementwise.find_root(function, (low[inner], high[inner]), args=own, tolerances=tolerances)
         found[inner] = result.x
-        reason[inner] = np.where(result.success, ANSWERED, UNRESOLVED)
+        reason[inner] = np.where(result.success, Reason.ANSWERED, Reason.UNRESOLVED)
     return found, reason
 
 
@@ -138,16 +130,16 @@ def answer(
     long_name : str
         What the answer is.
     """
-    found = np.where(reason == ANSWERED, values, np.nan)
+    found = np.where(reason == Reason.ANSWERED, values, np.nan)
     about = {"long_name": f"whether there is an answer for {name}", "units": "1"}
     ds = xr.Dataset(
         {
             name: (like.dims, found.reshape(like.shape), {"long_name": long_name, "units": "1"}),
-            "reason": (like.dims, reason.reshape(like.shape), {**about, **flags(REASONS)}),
+            "reason": (like.dims, reason.reshape(like.shape), {**about, **flag_attributes(Reason)}),
         },
         dict(like.coords),
     )
     if limit is not None:
         about = {"long_name": f"what limits {name}", "units": "1"}
-        ds["limit"] = (like.dims, limit.reshape(like.shape), {**about, **flags(LIMITS)})
+        ds["limit"] = (like.dims, limit.reshape(like.shape), {**about, **flag_attributes(Limit)})
     return ds

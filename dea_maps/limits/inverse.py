@@ -5,32 +5,19 @@ breakdown strength is given, see `dea_maps.breakdown`, the film must not break d
 limits it.
 """
 
+from collections.abc import Iterable
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
 from ..materials.strength import Strength, StrengthOf, check_strength, excess, strength_of
+from ..outcomes import Limit, Outcome, Reason
 from ..programs import Ramp, Step
+from ..sweeps.dead_load import critical_stretch, film_of, has_dead_load, largest_field, relaxed_threshold
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import SURVIVES, solve_auto, trace
-from ..sweeps.solve import UNRESOLVED as UNRESOLVED_CELL
-from .answers import (
-    ALWAYS,
-    ANSWERED,
-    BEYOND,
-    BREAKDOWN,
-    BREAKS_DOWN,
-    INSTABILITY,
-    NEVER,
-    NO_LIMIT,
-    UNKNOWN_LIMIT,
-    UNRESOLVED,
-    Flags,
-    answer,
-    broadcast,
-    roots,
-    tight_rtol,
-)
+from ..sweeps.solve import solve_auto, trace
+from .answers import Flags, answer, broadcast, roots, tight_rtol
 
 Array = npt.NDArray[np.float64]
 
@@ -38,16 +25,60 @@ SLOWEST, FASTEST = 1e-6, 1e5
 """Ramp rates among which `allowable_rate` looks, in critical fields per relaxation time."""
 # The slowest ramp that it follows in time, where breakdown limits it.
 _SLOWEST_FOLLOWED = 1e-4
-_ELASTIC_STRETCH = 2.0 ** (1.0 / 3.0)
+# A field just above the relaxed threshold, over it: the film gets as far under it as under the slowest ramp.
+_JUST_ABOVE = 1.0 + 1e-12
+
+Film = dict[str, Array]
+"""Parameters of films by name: the modulus ratio, and the prestretch or the stress of those under a dead load."""
+
+
+def film_quantities(
+    modulus_ratio: ParameterLike, prestretch: ParameterLike | None, stress: ParameterLike | None
+) -> dict[str, tuple[ParameterLike, float, bool]]:
+    """Return the parameters of films with their bounds, as `dea_maps.limits.answers.broadcast` takes them.
+
+    Raises
+    ------
+    ValueError
+        If both a prestretch and a stress are given.
+
+    Examples
+    --------
+    >>> film_quantities(4.0, 2.0, None)
+    {'modulus_ratio': (4.0, 1.0, False), 'prestretch': (2.0, 1.0, False)}
+    """
+    if prestretch is not None and stress is not None:
+        raise ValueError("prestretch and stress must not both be given: either stands for the dead load")
+    quantities = {"modulus_ratio": (modulus_ratio, 1.0, False)}
+    for name, value, lowest in (("prestretch", prestretch, 1.0), ("stress", stress, 0.0)):
+        if value is not None:
+            quantities[name] = (value, lowest, False)
+    return quantities
+
+
+def _fields_of(film: Film) -> tuple[Array, Array]:
+    """Return the largest fields that films carry: relaxed, and at once."""
+    ratio, start, load = film_of(film)
+    if not has_dead_load(film):
+        return np.ones_like(ratio), np.sqrt(ratio)
+    threshold = relaxed_threshold(load)
+    return threshold, np.maximum(largest_field(start, ratio, load), threshold)
 
 
 def allowable_field(
-    lifetime: ParameterLike, modulus_ratio: ParameterLike, rtol: float = 1e-6, strength: Strength | None = None
+    lifetime: ParameterLike,
+    modulus_ratio: ParameterLike,
+    rtol: float = 1e-6,
+    strength: Strength | None = None,
+    *,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
 ) -> xr.Dataset:
-    """Find the largest constant field that a film outlasts for a given time.
+    """Find the largest constant field that a film sustains without failure for a given time.
 
     The time to failure under a constant field falls from infinity, just above the relaxed critical field, to zero at
-    ``sqrt(modulus_ratio)``, (23) and (26) of Zhao, Koh and Suo (2011).
+    ``sqrt(modulus_ratio)``, (23) and (26) of Zhao, Koh and Suo (2011). Under a dead load, (18) to (20), it does so from
+    the relaxed threshold of that load to what the film carries at once.
 
     Parameters
     ----------
@@ -59,12 +90,14 @@ def allowable_field(
         Relative error allowed in the field, from 1e-10 to 1e-3.
     strength : float or callable, optional
         The true field at which the film breaks down, as in `dea_maps.breakdown`; by default that is not asked about.
+    prestretch, stress : number, 1-D array or DataArray, optional
+        Dead load, as in `dea_maps.sweep`; at most one of the two.
 
     Returns
     -------
     Dataset
-        ``allowable_field`` over the relaxed critical field: the film fails after `lifetime`, and under any larger field
-        sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
+        ``allowable_field`` normalised by the relaxed critical field: the film fails after `lifetime`, and under
+        any larger field sooner; ``reason``; with a strength ``limit``, "instability" or "breakdown".
 
     Raises
     ------
@@ -76,60 +109,76 @@ def allowable_field(
     >>> round(allowable_field(2.443625636, 4.0, rtol=1e-9).allowable_field.item(), 7)
     1.2
     """
-    life, ratio = broadcast(lifetime=(lifetime, 0.0, True), modulus_ratio=(modulus_ratio, 1.0, False))
+    life, *of_film = broadcast(lifetime=(lifetime, 0.0, True), **film_quantities(modulus_ratio, prestretch, stress))
     tight = tight_rtol(rtol)
-    m, wanted = ratio.values.ravel(), life.values.ravel()
-    top = np.sqrt(m)
+    film, wanted = _named(of_film), life.values.ravel()
+    low, top = _fields_of(film)
 
-    def field_of(s: Array, m: Array) -> Array:
-        return 1.0 + (np.sqrt(m) - 1.0) * s * s  # the time to failure grows like 1/s
+    def field_of(s: Array, low: Array, top: Array) -> Array:
+        return low + (top - low) * s * s  # the time to failure grows like 1/s
 
-    def outlasts(s: Array, m: Array, wanted: Array) -> Array:
-        time = solve_auto(Step(), {"field": field_of(s, m), "modulus_ratio": m}, tight).time_to_failure
+    def lasting(s: Array, low: Array, top: Array, wanted: Array, *of_film: Array) -> Array:
+        cells = {"field": field_of(s, low, top), **dict(zip(film, of_film, strict=True))}
+        time = solve_auto(Step(), cells, tight).time_to_failure
         return np.where(np.isnan(time), 0.5, time / (time + wanted) - 0.5)
 
-    inner = np.isfinite(wanted) & (wanted > 0.0) & (m > 1.0)
-    found = np.where(np.isinf(wanted) | (m == 1.0), 1.0, top)
-    s, reason = roots(outlasts, np.zeros_like(m), np.ones_like(m), inner, (m, wanted), xrtol=0.1 * rtol)
-    found = np.where(inner, field_of(s, m), found)
+    inner = np.isfinite(wanted) & (wanted > 0.0) & (top > low)
+    s, reason = roots(
+        lasting, np.zeros_like(low), np.ones_like(low), inner, (low, top, wanted, *film.values()), xrtol=0.1 * rtol
+    )
+    found = np.where(inner, field_of(s, low, top), np.where(np.isinf(wanted), low, top))
     limit = None
     if strength is not None:
-        found, reason, limit = _or_breakdown(found, reason, m, wanted, strength_of(strength), rtol)
-    words = "largest constant field that a film outlasts for lifetime"
+        found, reason, limit = _or_breakdown(found, reason, film, wanted, strength_of(strength), rtol)
+    words = "largest constant field that a film sustains without failure for lifetime"
     return answer("allowable_field", found, reason, life, words, limit)
 
 
+def _named(arrays: Iterable[xr.DataArray]) -> Film:
+    return {str(array.name): array.values.ravel() for array in arrays}
+
+
 def _or_breakdown(
-    field: Array, reason: Flags, m: Array, lifetime: Array, strength: StrengthOf, rtol: float
+    field: Array, reason: Flags, film: Film, lifetime: Array, strength: StrengthOf, rtol: float
 ) -> tuple[Array, Flags, Flags]:
-    """Return the largest fields that films also outlast without breaking down, from those that they outlast."""
+    """Return the largest fields sustained without breakdown either, from those sustained without instability."""
     tight = tight_rtol(rtol)
-    at_limit = solve_auto(Step(), {"field": field, "modulus_ratio": m}, tight)
-    farthest = np.where(at_limit.outcome == SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)
+    at_limit = solve_auto(Step(), {"field": field, **film}, tight)
+    farthest = np.where(at_limit.outcome == Outcome.SURVIVES, at_limit.final_stretch, at_limit.critical_stretch)
+    load = film_of(film)[2]
+    farthest = np.where(np.isinf(lifetime), critical_stretch(np.ones_like(load), np.ones_like(load), load), farthest)
     check_strength(strength, farthest)
 
-    def over(field: Array, m: Array, lifetime: Array) -> Array:
-        cells = {"field": field, "modulus_ratio": m}
+    def over(field: Array, lifetime: Array, *of_film: Array) -> Array:
+        cells = {"field": field, **dict(zip(film, of_film, strict=True))}
         ends = np.where(np.isinf(lifetime), 0.0, lifetime)[:, np.newaxis]
         stretch = trace(Step(), cells, ends, tight)[0][:, 0]
         relaxed = solve_auto(Step(), cells, tight).final_stretch
         stretch = np.where(np.isinf(lifetime), relaxed, stretch)
         return np.where(np.isnan(stretch), 1.0, excess(strength, field, stretch))  # beyond the instability
 
-    broken = (reason == ANSWERED) & (excess(strength, field, farthest) > 0.0)
-    lower, why = roots(over, np.zeros_like(m), field, broken, (m, lifetime), xrtol=0.1 * rtol)
+    broken = (reason == Reason.ANSWERED) & (excess(strength, field, farthest) > 0.0)
+    lower, why = roots(over, np.zeros_like(field), field, broken, (lifetime, *film.values()), xrtol=0.1 * rtol)
     reason = np.where(broken, why, reason).astype(np.int8)
-    limit = np.where(reason == ANSWERED, np.where(broken, BREAKDOWN, INSTABILITY), UNKNOWN_LIMIT).astype(np.int8)
+    limit = np.where(
+        reason == Reason.ANSWERED, np.where(broken, Limit.BREAKDOWN, Limit.INSTABILITY), Limit.UNRESOLVED
+    ).astype(np.int8)
     return np.where(broken, lower, field), reason, limit
 
 
 def allowable_rate(
-    stretch: ParameterLike, modulus_ratio: ParameterLike, rtol: float = 1e-6, strength: Strength | None = None
+    stretch: ParameterLike,
+    modulus_ratio: ParameterLike,
+    rtol: float = 1e-6,
+    strength: Strength | None = None,
+    *,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
 ) -> xr.Dataset:
     """Find the fastest ramp under which a film gets to a given stretch before it fails.
 
-    The stretch at failure falls with the ramp rate, to ``2**(1/3)``; the field at which the film gets to a stretch
-    grows.
+    The stretch at failure falls with the ramp rate, to that of a film that cannot flow, ``2**(1/3)`` without a dead
+    load; the field at which the film gets to a stretch grows. Stretches count from the unstretched film.
 
     Parameters
     ----------
@@ -141,6 +190,8 @@ def allowable_rate(
         Relative error allowed in the rate, from 1e-10 to 1e-3; where the stretch hardly depends on it, in the stretch.
     strength : float or callable, optional
         The true field at which the film breaks down, as in `dea_maps.breakdown`; by default that is not asked about.
+    prestretch, stress : number, 1-D array or DataArray, optional
+        Dead load, as in `dea_maps.sweep`; at most one of the two.
 
     Returns
     -------
@@ -159,61 +210,63 @@ def allowable_rate(
     >>> round(allowable_rate(1.423228766, 4.0, rtol=1e-9).allowable_rate.item(), 6)
     1.0
     """
-    aim, ratio = broadcast(stretch=(stretch, 1.0, False), modulus_ratio=(modulus_ratio, 1.0, False))
+    aim, *of_film = broadcast(stretch=(stretch, 1.0, False), **film_quantities(modulus_ratio, prestretch, stress))
     tight = tight_rtol(rtol)
-    m, wanted = ratio.values.ravel(), aim.values.ravel()
+    film, wanted = _named(of_film), aim.values.ravel()
+    m = film["modulus_ratio"]
 
-    def reaches(log_rate: Array, m: Array, wanted: Array) -> Array:
-        ds = solve_auto(Ramp(), {"rate": np.exp(log_rate), "modulus_ratio": m}, tight)
-        return np.asarray(ds.critical_stretch / wanted - 1.0)
+    def reaches(log_rate: Array, wanted: Array, *of_film: Array) -> Array:
+        cells = {"rate": np.exp(log_rate), **dict(zip(film, of_film, strict=True))}
+        return np.asarray(solve_auto(Ramp(), cells, tight).critical_stretch / wanted - 1.0)
 
-    low, high = np.full_like(m, np.log(SLOWEST)), np.full_like(m, np.log(FASTEST))
-    slow, fast = reaches(low, m, wanted), reaches(high, m, wanted)
-    # Just above the relaxed critical field, a constant one lets the film get as far as the slowest ramp.
-    just_above = {"field": np.full_like(m, np.nextafter(1.0, 2.0)), "modulus_ratio": m}
-    farthest = solve_auto(Step(), just_above, tight).critical_stretch
-    always = wanted <= _ELASTIC_STRETCH
+    slowest = _SLOWEST_FOLLOWED if has_dead_load(film) else SLOWEST
+    low, high = np.full_like(m, np.log(slowest)), np.full_like(m, np.log(FASTEST))
+    slow, fast = (reaches(log_rate, wanted, *film.values()) for log_rate in (low, high))
+    threshold, at_once = _fields_of(film)
+    farthest = solve_auto(Step(), {"field": threshold * _JUST_ABOVE, **film}, tight).critical_stretch
+    nearest = solve_auto(Step(), {"field": 2.0 * at_once, **film}, tight).critical_stretch
+    always = wanted <= nearest
     inner = (slow > 0.0) & (fast < 0.0) & ~always
-    log_rate, reason = roots(reaches, low, high, inner, (m, wanted), xrtol=0.1 * rtol)
-    never = wanted >= np.where(m == 1.0, _ELASTIC_STRETCH, farthest)
-    outside = np.where(always, ALWAYS, np.where(never, NEVER, BEYOND))
+    log_rate, reason = roots(reaches, low, high, inner, (wanted, *film.values()), xrtol=0.1 * rtol)
+    never = wanted >= np.where(m == 1.0, nearest, farthest)
+    outside = np.where(always, Reason.ALWAYS, np.where(never, Reason.NEVER, Reason.BEYOND_RATES))
     reason = np.where(inner, reason, outside).astype(np.int8)
     limit = None
     if strength is not None:
-        log_rate, reason, limit = _rate_or_breakdown(log_rate, reason, m, wanted, strength_of(strength), rtol)
+        log_rate, reason, limit = _rate_or_breakdown(log_rate, reason, film, wanted, strength_of(strength), rtol)
     words = "fastest ramp under which a film gets to stretch"
     return answer("allowable_rate", np.exp(log_rate), reason, aim, words, limit)
 
 
 def _rate_or_breakdown(
-    log_rate: Array, reason: Flags, m: Array, wanted: Array, strength: StrengthOf, rtol: float
+    log_rate: Array, reason: Flags, film: Film, wanted: Array, strength: StrengthOf, rtol: float
 ) -> tuple[Array, Flags, Flags]:
     """Return the fastest ramps under which films get to a stretch without breaking down either."""
     tight = tight_rtol(rtol)
     check_strength(strength, wanted)
     largest = strength(wanted) / wanted**2  # the nominal field at which the film breaks down at that stretch
 
-    def reaches(log_rate: Array, m: Array, wanted: Array, largest: Array) -> Array:
+    def reaches(log_rate: Array, wanted: Array, largest: Array, *of_film: Array) -> Array:
         rate = np.exp(log_rate)
-        cells = {"rate": rate, "modulus_ratio": m}
+        cells = {"rate": rate, **dict(zip(film, of_film, strict=True))}
         stretch = trace(Ramp(), cells, (largest / rate)[:, np.newaxis], tight)[0][:, 0]
         return np.where(np.isnan(stretch), 1.0, stretch / wanted - 1.0)  # NaN: it got farther, and failed
 
-    arguments = (m, wanted, largest)
-    fastest = np.where(reason == ALWAYS, np.log(FASTEST), log_rate)
-    asked = np.isin(reason, (ANSWERED, ALWAYS))
+    arguments = (wanted, largest, *film.values())
+    fastest = np.where(reason == Reason.ALWAYS, np.log(FASTEST), log_rate)
+    asked = np.isin(reason, (Reason.ANSWERED, Reason.ALWAYS))
     broken = np.array(asked)
     broken[asked] = reaches(fastest[asked], *(argument[asked] for argument in arguments)) < 0.0
-    slowest = np.full_like(m, np.log(_SLOWEST_FOLLOWED))
+    slowest = np.full_like(wanted, np.log(_SLOWEST_FOLLOWED))
     inner = broken & (fastest > slowest)
     inner[inner] = reaches(slowest[inner], *(argument[inner] for argument in arguments)) > 0.0
     lower, why = roots(reaches, slowest, fastest, inner, arguments, xatol=0.1 * rtol)
     # NaN: held there, the film fails in the end.
-    relaxed = solve_auto(Step(), {"field": largest, "modulus_ratio": m}, tight).final_stretch
-    outside = np.where(relaxed <= wanted, NEVER, BEYOND)
+    relaxed = solve_auto(Step(), {"field": largest, **film}, tight).final_stretch
+    outside = np.where(relaxed <= wanted, Reason.NEVER, Reason.BEYOND_RATES)
     reason = np.where(broken, np.where(inner, why, outside), reason).astype(np.int8)
-    cases = [broken, reason == ALWAYS, reason == ANSWERED]
-    limit = np.select(cases, [BREAKDOWN, NO_LIMIT, INSTABILITY], UNKNOWN_LIMIT).astype(np.int8)
+    cases = [broken, reason == Reason.ALWAYS, reason == Reason.ANSWERED]
+    limit = np.select(cases, [Limit.BREAKDOWN, Limit.NONE, Limit.INSTABILITY], Limit.UNRESOLVED).astype(np.int8)
     return np.where(broken, lower, log_rate), reason, limit
 
 
@@ -223,6 +276,9 @@ def reachable_stretch(
     modulus_ratio: ParameterLike,
     rtol: float = 1e-6,
     strength: Strength | None = None,
+    *,
+    prestretch: ParameterLike | None = None,
+    stress: ParameterLike | None = None,
 ) -> xr.Dataset:
     """Find how far a film gets under a constant field that is held for a given time.
 
@@ -236,6 +292,8 @@ def reachable_stretch(
         Relative error allowed in the stretch, from 1e-10 to 1e-3.
     strength : float or callable, optional
         The true field at which the film breaks down, as in `dea_maps.breakdown`; by default that is not asked about.
+    prestretch, stress : number, 1-D array or DataArray, optional
+        Dead load, as in `dea_maps.sweep`; at most one of the two.
 
     Returns
     -------
@@ -253,21 +311,20 @@ def reachable_stretch(
     >>> reachable_stretch(1.2, [0.0, 1.0], 4.0).reachable_stretch.values.round(3).tolist()
     [1.034, 1.177]
     """
-    held, end, ratio = broadcast(
-        field=(field, 0.0, False), time=(time, 0.0, True), modulus_ratio=(modulus_ratio, 1.0, False)
-    )
+    quantities = film_quantities(modulus_ratio, prestretch, stress)
+    held, end, *of_film = broadcast(field=(field, 0.0, False), time=(time, 0.0, True), **quantities)
     tight = tight_rtol(rtol)
-    cells = {"field": held.values.ravel(), "modulus_ratio": ratio.values.ravel()}
-    until, for_good = end.values.ravel(), np.isinf(end.values.ravel())
+    cells = {"field": held.values.ravel(), **_named(of_film)}
+    until, indefinite = end.values.ravel(), np.isinf(end.values.ravel())
     film = solve_auto(Step(), cells, tight)
-    stretch = trace(Step(), cells, np.where(for_good, 0.0, until)[:, np.newaxis], tight)[0][:, 0]
-    stretch = np.where(for_good, film.final_stretch, stretch)
-    lost = [film.outcome == UNRESOLVED_CELL, film.time_to_failure <= until, np.isnan(stretch)]
-    reason = np.select(lost, [UNRESOLVED, NEVER, UNRESOLVED], ANSWERED).astype(np.int8)
+    stretch = trace(Step(), cells, np.where(indefinite, 0.0, until)[:, np.newaxis], tight)[0][:, 0]
+    stretch = np.where(indefinite, film.final_stretch, stretch)
+    lost = [film.outcome == Outcome.UNRESOLVED, film.time_to_failure <= until, np.isnan(stretch)]
+    reason = np.select(lost, [Reason.UNRESOLVED, Reason.NEVER, Reason.UNRESOLVED], Reason.ANSWERED).astype(np.int8)
     if strength is not None:
         limit = strength_of(strength)
-        most = np.where(reason == NEVER, film.critical_stretch, stretch)
+        most = np.where(reason == Reason.NEVER, film.critical_stretch, stretch)
         check_strength(limit, most)
-        breaks = excess(limit, np.where(reason == NEVER, film.critical_field, cells["field"]), most) > 0.0
-        reason[breaks] = BREAKS_DOWN
+        breaks = excess(limit, np.where(reason == Reason.NEVER, film.critical_field, cells["field"]), most) > 0.0
+        reason[breaks] = Reason.BREAKS_DOWN
     return answer("reachable_stretch", stretch, reason, held, "stretch after the field was held")

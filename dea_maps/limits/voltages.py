@@ -1,4 +1,4 @@
-"""Design answers: how many volts a film takes, for how long, and what it gains."""
+"""Design answers: the allowable voltage of a film, for how long, and the strain that it gives."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,21 +13,22 @@ from ..checks import brief
 from ..materials.material import Material
 from ..materials.si_units import check_film, warn_film
 from ..materials.toml import material_of
-from ..nomenclature import flags
+from ..outcomes import Limit, Outcome, flag_attributes, words_of
 from ..plausibility import warn_implausible
 from ..printable import printable
 from ..programs import Step
+from ..sweeps.dead_load import critical_stretch, film_of
 from ..sweeps.parameters import ParameterLike
-from ..sweeps.solve import SURVIVES, solve_auto
+from ..sweeps.solve import solve_auto
 from ..toml_tables import check_keys, check_number, read_toml, values_of
-from .answers import BREAKDOWN, INSTABILITY, LIMITS, UNKNOWN_LIMIT, broadcast
-from .breakdown import stretch_at
+from .answers import broadcast
 from .inverse import allowable_field
+from .passage import stretch_at
 
 Array = npt.NDArray[np.float64]
 
 _QUANTITIES = {
-    "allowable_voltage": ("largest constant voltage that the film outlasts for the holding time", "V"),
+    "allowable_voltage": ("largest constant voltage that the film sustains without failure for the holding time", "V"),
     "allowable_field": ("nominal electric field under that voltage", "V m-1"),
     "true_field": ("true electric field at the end of the holding time", "V m-1"),
     "stretch": ("equibiaxial stretch at the end of the holding time", "1"),
@@ -35,8 +36,16 @@ _QUANTITIES = {
 }
 
 
-def design(material: Material, thickness: ParameterLike, holding_time: ParameterLike, rtol: float = 1e-6) -> xr.Dataset:
-    """Find the largest constant voltages that films of a material take for given times, and how far they get.
+def design(
+    material: Material,
+    thickness: ParameterLike,
+    holding_time: ParameterLike,
+    rtol: float = 1e-6,
+    *,
+    prestretch: float | None = None,
+    nominal_stress: float | None = None,
+) -> xr.Dataset:
+    """Find the allowable voltages of films of a material for given times, and how far the films stretch.
 
     Electromechanical instability limits them, and electrical breakdown too, if the material knows its breakdown
     strength; see `dea_maps.allowable_field`. The answers are limits: how far a design keeps from them is its choice.
@@ -51,14 +60,19 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
         In s, above 0; may be infinite.
     rtol : float
         Relative error allowed in the voltage, from 1e-10 to 1e-3.
+    prestretch : float, optional
+        Stretch, at least 1, to which films relaxed under a dead load before the voltage.
+    nominal_stress : float, optional
+        Dead load in Pa, equal in both directions, applied to the fresh film with the voltage; at most one of the two.
 
     Returns
     -------
     Dataset
         Over ``film`` and ``holding_time``: ``allowable_voltage`` (V), ``allowable_field`` (nominal, V/m), and at the
-        end of the holding time ``true_field`` (V/m), ``stretch`` and ``area_strain``; ``limit``, CF flags for what
-        limits the voltage. NaN where that could not be found as accurately as asked. The sets of several materials can
-        be joined by ``xarray.concat(sets, "film")``.
+        end of the holding time ``true_field`` (V/m), ``stretch``, from the unstretched film, and ``area_strain``, from
+        the film that was pre-stretched, if it was; ``limit``, CF flags for what limits the voltage. NaN where that
+        could not be found as accurately as asked. The sets of several materials can be joined by
+        ``xarray.concat(sets, "film")``.
 
     Raises
     ------
@@ -90,16 +104,25 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
     warn_implausible("holding_time", times)
     strength = None if material.breakdown_strength is None else material.strength
     asked = xr.DataArray(times / material.relaxation_time, dims="holding_time")
-    found = allowable_field(asked, material.modulus_ratio, rtol, strength)
+    film: dict[str, float] = {"modulus_ratio": material.modulus_ratio}
+    if prestretch is not None:
+        film["prestretch"] = _load("prestretch", prestretch, 1.0)
+    if nominal_stress is not None:
+        film["stress"] = _load("nominal_stress", nominal_stress, 0.0) / material.relaxed_modulus
+    if len(film) > 2:
+        raise ValueError("prestretch and nominal_stress must not both be given: either stands for the dead load")
+    found = allowable_field(asked, rtol=rtol, strength=strength, **film)
     field = found["allowable_field"].values
-    limit = found["limit"].values if "limit" in found else np.where(np.isnan(field), UNKNOWN_LIMIT, INSTABILITY)
-    stretch = _farthest(material, field, limit, rtol)
+    limit = (
+        found["limit"].values if "limit" in found else np.where(np.isnan(field), Limit.UNRESOLVED, Limit.INSTABILITY)
+    )
+    stretch = _farthest(material, film, field, times, limit, rtol)
     nominal = field * material.critical_field
     one_film = {
         "allowable_field": nominal,
         "true_field": nominal * stretch**2,
         "stretch": stretch,
-        "area_strain": stretch**2 - 1.0,
+        "area_strain": (stretch / film.get("prestretch", 1.0)) ** 2 - 1.0,
     }
     shape = (thicknesses.size, times.size)
     values = {"allowable_voltage": np.outer(thicknesses, nominal)}
@@ -108,7 +131,7 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
     ds = xr.Dataset()
     for name, (words, units) in _QUANTITIES.items():
         ds[name] = (dims, values[name], {"long_name": words, "units": units})
-    what = {"long_name": "what limits the voltage", "units": "1", **flags(LIMITS)}
+    what = {"long_name": "what limits the voltage", "units": "1", **flag_attributes(Limit)}
     ds["limit"] = (dims, np.broadcast_to(limit, shape).astype(np.int8), what)
     name = material.name or "film"
     films = [f"{name}, {1e6 * H:g} um" for H in thicknesses]
@@ -119,7 +142,7 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
         relaxed_critical_field=(
             "film",
             [material.critical_field] * len(films),
-            {"long_name": "nominal field that the film withstands for good", "units": "V m-1"},
+            {"long_name": "nominal field that the film sustains indefinitely", "units": "V m-1"},
         ),
         holding_time=("holding_time", times, {"long_name": "time for which the voltage is held", "units": "s"}),
     )
@@ -136,14 +159,28 @@ def design(material: Material, thickness: ParameterLike, holding_time: Parameter
     return ds
 
 
-def _farthest(material: Material, field: Array, limit: npt.NDArray[np.int8], rtol: float) -> Array:
-    """Return the stretch of films at the limit of what they outlast."""
+def _load(name: str, value: object, lowest: float) -> float:
+    """Return a dead load after checking it."""
+    check_number(name, value)
+    assert isinstance(value, int | float)
+    if not lowest <= value < np.inf:
+        raise ValueError(f"{name} must be finite and at least {lowest:g}; got {value}")
+    return float(value)
+
+
+def _farthest(
+    material: Material, film: Mapping[str, float], field: Array, times: Array, limit: npt.NDArray[np.int8], rtol: float
+) -> Array:
+    """Return the stretch of films at their allowable field."""
     known = ~np.isnan(field)
-    cells = {"field": field[known], "modulus_ratio": np.full(known.sum(), material.modulus_ratio)}
-    ends = solve_auto(Step(), cells, rtol)
+    cells = {name: np.full(known.sum(), value) for name, value in film.items()}
+    load = film_of(cells)[2]
+    ends = solve_auto(Step(), {"field": field[known], **cells}, rtol)
     stretch = np.full(field.shape, np.nan)
-    stretch[known] = np.where(ends.outcome == SURVIVES, ends.final_stretch, ends.critical_stretch)
-    broken = limit == BREAKDOWN
+    stretch[known] = np.where(ends.outcome == Outcome.SURVIVES, ends.final_stretch, ends.critical_stretch)
+    indefinite = known & np.isinf(times)  # up to the relaxed threshold itself
+    stretch[indefinite] = critical_stretch(np.ones_like(load), np.ones_like(load), load)[indefinite[known]]
+    broken = limit == Limit.BREAKDOWN
     if broken.any():
         stretch[broken] = stretch_at(material.strength, field[broken], stretch[broken])
     return stretch
@@ -157,7 +194,7 @@ def read_design(path: PathLike) -> xr.Dataset:
     path : str or path-like
         A TOML file with ``[material]``, see `dea_maps.read_material`, or several ``[[material]]``, each with
         ``thickness`` (m; a number, a list or a range), and ``[design]`` with ``holding_time`` (s; likewise, also
-        ``inf``) and, optionally, ``rtol``.
+        ``inf``) and, optionally, ``rtol`` and a dead load, ``prestretch`` or ``nominal_stress`` (Pa).
 
     Returns
     -------
@@ -193,20 +230,21 @@ def _designed(document: Mapping[str, Any]) -> xr.Dataset:
     table = document["design"]
     if not isinstance(table, dict):
         raise ValueError(f"design must be a table, [design]; got {brief(table)}")
-    check_keys("[design]", table, ("holding_time",), ("rtol",))
+    check_keys("[design]", table, ("holding_time",), ("rtol", "prestretch", "nominal_stress"))
+    load = {name: table[name] for name in ("prestretch", "nominal_stress") if name in table}
     rtol = table.get("rtol", 1e-6)
     check_number("design.rtol", rtol)
     given = [np.inf] if table["holding_time"] == np.inf else table["holding_time"]
-    for_good = [time for time in given if time == np.inf][:1] if isinstance(given, list) else []
-    finite = [time for time in given if time != np.inf] if for_good else given
-    times = [] if finite == [] and for_good else values_of("design.holding_time", finite)
-    times = np.append(np.asarray(times, dtype=np.float64), for_good)
+    indefinite = [time for time in given if time == np.inf][:1] if isinstance(given, list) else []
+    finite = [time for time in given if time != np.inf] if indefinite else given
+    times = [] if finite == [] and indefinite else values_of("design.holding_time", finite)
+    times = np.append(np.asarray(times, dtype=np.float64), indefinite)
     tables = document["material"] if isinstance(document["material"], list) else [document["material"]]
     sets = []
     for table in tables:
         material = material_of(table, ("thickness",))
         thickness = np.atleast_1d(np.asarray(values_of("material.thickness", table["thickness"]), dtype=np.float64))
-        sets.append(design(material, thickness, times, rtol))
+        sets.append(design(material, thickness, times, rtol, **load))
     return xr.concat(sets, "film", combine_attrs="override")
 
 
@@ -236,7 +274,7 @@ def describe_design(ds: xr.Dataset) -> str:
                     f"{1e-6 * cell['true_field']:.3g} MV/m",
                     f"{cell['stretch']:.3f}",
                     f"{100.0 * cell['area_strain']:.0f} %",
-                    LIMITS[int(cell["limit"])],
+                    words_of(Limit)[int(cell["limit"])],
                 )
             )
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
@@ -255,10 +293,10 @@ def time_in_words(seconds: float) -> str:
     Examples
     --------
     >>> [time_in_words(seconds) for seconds in (0.5, 90.0, 349.0, 7200.0, 3650 * 86400.0, np.inf)]
-    ['0.5 s', '90 s', '5.82 min', '2 h', '3650 d', 'for good']
+    ['0.5 s', '90 s', '5.82 min', '2 h', '3650 d', 'indefinitely']
     """
     if np.isinf(seconds):
-        return "for good"
+        return "indefinitely"
     lengths = {"d": 86400.0, "h": 3600.0, "min": 60.0, "s": 1.0}
     unit = next((unit for unit, length in lengths.items() if seconds >= 2 * length or seconds == length), "s")
     number = seconds / lengths[unit]

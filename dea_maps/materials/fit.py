@@ -98,7 +98,7 @@ class _Problem(NamedTuple):
     stress: Array
 
     def shape(self, log_excess: float, log_time: float) -> Array:
-        """Return the stress of every point over the relaxed modulus."""
+        """Return the stress of every point normalised by the relaxed modulus."""
         table = uniaxial_stress(self.stretches, self.rates * np.exp(log_time), 1.0 + np.exp(log_excess))
         return table[self.row, self.column]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..checks import brief
+from ..checks import brief, in_units
 
 Array = npt.NDArray[np.float64]
 
@@ -16,11 +16,18 @@ VACUUM_PERMITTIVITY = 8.8541878128e-12
 """In farads per metre (CODATA 2018)."""
 
 _POSITIVE = ("unrelaxed_modulus", "relaxed_modulus", "relaxation_time")
+_UNITS = {
+    "unrelaxed_modulus": "Pa",
+    "relaxed_modulus": "Pa",
+    "relaxation_time": "s",
+    "relative_permittivity": "1",
+    "breakdown_strength": "V/m",
+}
 
 
 @dataclass(frozen=True)
 class Material:
-    """A dielectric elastomer of the model of Zhao, Koh and Suo (2011), in SI units.
+    """A dielectric elastomer of the model of Zhao, Koh and Suo (2011), in SI units; other units of pint are converted.
 
     Attributes
     ----------
@@ -101,7 +108,7 @@ class Material:
         return math.sqrt(0.75 * 4.0 ** (-1.0 / 3.0) * self.relaxed_modulus / permittivity)
 
     def strength(self, stretch: Array) -> Array:
-        """Return the true field at which the film breaks down, over the relaxed critical field.
+        """Return the true field at which the film breaks down, normalised by the relaxed critical field.
 
         Parameters
         ----------
@@ -120,6 +127,7 @@ class Material:
 
 
 def _number(name: str, value: object) -> float:
+    value = in_units(name, value, _UNITS[name])
     if not isinstance(value, numbers.Real) or isinstance(value, bool):
         raise TypeError(f"{name} must be a real number; got {brief(value)}")
     return float(value)

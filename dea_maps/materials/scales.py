@@ -25,8 +25,8 @@ def scales(material: Material, thickness: float, **fields: npt.ArrayLike) -> str
     thickness : float
         In m.
     **fields : number or ndarray
-        ``field`` over the relaxed critical field, ``rate`` in that per relaxation time: the least and the greatest are
-        shown. Without any, what the relaxed critical field is.
+        ``field`` normalised by the relaxed critical field, ``rate`` in that per relaxation time: the least and the
+        greatest are shown. Without any, what the relaxed critical field is.
 
     Examples
     --------

@@ -12,7 +12,7 @@ from ..checks import brief
 Array = npt.NDArray[np.float64]
 StrengthOf = Callable[[Array], Array]
 Strength = float | Callable[[Array], Any]
-"""The true field over the relaxed critical field at which a film breaks down, or what returns it for stretches."""
+"""The true field of breakdown, normalised by the relaxed critical field, or what returns it for stretches."""
 
 # Stretches at which a strength is looked at.
 _LOOKS = 257

@@ -36,7 +36,7 @@ def free_stretch_squared(stretch: Array | float, xi_1: Array, xi_2: Array, p: fl
 
 
 def uniaxial_stress(stretch: Array, rates: Array, modulus_ratio: float) -> Array:
-    """Return the nominal stress over the relaxed shear modulus, at some stretches and stretch rates.
+    """Return the nominal stress normalised by the relaxed shear modulus, at some stretches and stretch rates.
 
     Parameters
     ----------

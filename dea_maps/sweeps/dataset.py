@@ -9,7 +9,8 @@ import numpy.typing as npt
 import xarray as xr
 
 from .. import __version__
-from ..nomenclature import BREAKDOWN, OUTCOMES, cf_attributes, flags
+from ..nomenclature import BREAKDOWN, cf_attributes
+from ..outcomes import Outcome, flag_attributes
 from ..program_text import attributes_of
 from ..programs import Program
 from .grid import Grid
@@ -109,7 +110,7 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         "Conventions": "CF-1.11, ACDD-1.3",
         "title": f"{kind} of a dielectric-elastomer actuator under the loading program {program}",
         "summary": "Electromechanical instability of a viscoelastic dielectric-elastomer film under equal "
-        "biaxial stretch; fields over the relaxed critical field, times over the relaxation time",
+        "biaxial stretch; fields normalised by the relaxed critical field, times by the relaxation time",
         "keywords": "dielectric elastomer, actuator, electromechanical instability, viscoelasticity",
         "source": f"dea_maps {release}, numerical integration of the model of the reference",
         "references": _PAPER,
@@ -159,7 +160,7 @@ def reduced(ds: xr.Dataset, variables: list[str], dtype: str) -> xr.Dataset:
     variables : list of str
         The variables to keep.
     dtype : {"float64", "float32"}
-        Type of the maps; ``outcome`` and the coordinates keep theirs.
+        Type of the maps; ``outcome`` and the coordinates keep their types.
 
     Returns
     -------
@@ -191,4 +192,4 @@ def _in_words(values: npt.NDArray[np.float64]) -> str:
 def _variable_attributes(name: str) -> dict[str, Any]:
     if name != "outcome":
         return {**cf_attributes(name), "ancillary_variables": "outcome"}
-    return {**cf_attributes(name), "standard_name": "status_flag", **flags(OUTCOMES)}
+    return {**cf_attributes(name), "standard_name": "status_flag", **flag_attributes(Outcome)}

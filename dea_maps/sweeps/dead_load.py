@@ -1,4 +1,4 @@
-"""Films under a dead load: the load of a pre-stretch, the largest field carried, and the relaxed threshold.
+"""Films under a dead load: the load of a pre-stretch, the largest field sustained, and the relaxed threshold.
 
 With ``w = 1/lambda``, ``A = 1 + p/xi**2``, ``B = 1 + p xi**4`` and the nominal stress ``sigma = s/mu_R`` in both
 directions, equilibrium (18) to (20) of Zhao, Koh and Suo (2011) is ``e = A w**2 - B w**8 - sigma w**3``, and the film
@@ -44,8 +44,28 @@ def has_dead_load(names: Iterable[str]) -> bool:
 
 
 def load_of(prestretch: Array) -> Array:
-    """Return the nominal stress, over the relaxed modulus, under which a relaxed film has a stretch."""
+    """Return the nominal stress, normalised by the relaxed modulus, under which a relaxed film has a stretch."""
     return np.asarray(prestretch - prestretch**-5)
+
+
+def critical_stretch(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the stretch at the instability, (25) under a dead load, at an internal stretch.
+
+    Examples
+    --------
+    >>> one = np.ones(2)
+    >>> critical_stretch(one, one, load_of(np.array([1.0, 2.0]))).round(4).tolist()
+    [1.2599, 2.9704]
+    """
+    r, p = internal_stretch**2, modulus_ratio - 1.0
+    A, B = 1.0 + p / r, 1.0 + p * r * r
+    w = (0.25 * A / B) ** (1.0 / 6.0)  # the root without a load, above that with one
+    for _ in range(_ITERATIONS):
+        below = w - (8.0 * B * w**6 + 3.0 * stress * w - 2.0 * A) / (48.0 * B * w**5 + 3.0 * stress)
+        if np.array_equal(below, w, equal_nan=True):
+            break
+        w = below
+    return np.asarray(1.0 / w)
 
 
 def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
@@ -57,18 +77,23 @@ def largest_load(internal_stretch: Array, modulus_ratio: Array, stress: Array) -
     0.5521
     """
     r, p = internal_stretch**2, modulus_ratio - 1.0
-    A, B = 1.0 + p / r, 1.0 + p * r * r
-    w = (0.25 * A / B) ** (1.0 / 6.0)  # the root without a load, above that with one
-    for _ in range(_ITERATIONS):
-        below = w - (8.0 * B * w**6 + 3.0 * stress * w - 2.0 * A) / (48.0 * B * w**5 + 3.0 * stress)
-        if np.array_equal(below, w, equal_nan=True):
-            break
-        w = below
-    return np.asarray(w * w * (A - B * w**6 - stress * w))
+    w = 1.0 / critical_stretch(internal_stretch, modulus_ratio, stress)
+    return np.asarray(w * w * (1.0 + p / r - (1.0 + p * r * r) * w**6 - stress * w))
+
+
+def largest_field(internal_stretch: Array, modulus_ratio: Array, stress: Array) -> Array:
+    """Return the largest field, over that of the relaxed free film, that a film carries at an internal stretch.
+
+    Examples
+    --------
+    >>> largest_field(np.ones(1), np.array([4.0]), np.zeros(1))
+    array([2.])
+    """
+    return np.sqrt(largest_load(internal_stretch, modulus_ratio, stress) / _CRITICAL_LOAD)
 
 
 def relaxed_threshold(stress: Array) -> Array:
-    """Return the largest field, over that of the free film, that a relaxed film carries under a dead load.
+    """Return the largest field, normalised by that of the free film, that a relaxed film sustains under a dead load.
 
     It does not depend on the modulus ratio: relaxed, the film is one of the relaxed modulus alone.
 
@@ -78,7 +103,7 @@ def relaxed_threshold(stress: Array) -> Array:
     [1.0, 0.2838]
     """
     one = np.ones_like(stress)
-    return np.sqrt(largest_load(one, one, stress) / _CRITICAL_LOAD)
+    return largest_field(one, one, stress)
 
 
 def margin(field: Array, internal_stretch: Array, given: Mapping[str, Array]) -> Array:

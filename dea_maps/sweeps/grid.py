@@ -1,6 +1,7 @@
 """The grid of a sweep: parameters broadcast against each other by the names of their dimensions."""
 
 import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +15,13 @@ from .dead_load import load_of, relaxed_threshold
 from .parameters import ParameterLike, as_data_array
 
 _THRESHOLD = {
-    "long_name": "largest field that the relaxed film carries under its dead load, "
+    "long_name": "largest field that the relaxed film sustains under its dead load, "
     "normalised by that of the film without one",
     "units": "1",
 }
+_PLAIN = re.compile(r"[a-zA-Z]\w{0,99}", re.ASCII)
+"""Names of dimensions that every NetCDF file takes: others are tried, which takes as long as many a sweep."""
+
 FILM = ("modulus_ratio", "prestretch", "stress")
 """Parameters of the film and its dead load: the first always, the others at most one."""
 
@@ -182,7 +186,8 @@ def _common_coordinates(arrays: dict[str, xr.DataArray], kinds: dict[str, str]) 
             coords[name] = _described(name, variable)
     for name, variable in coords.items():
         own = name in arrays and variable.attrs == _own_attributes(name, kinds[name])
-        if not (own and set(variable.dims) <= {name}):
+        plain = all(dim == name or (isinstance(dim, str) and _PLAIN.fullmatch(dim)) for dim in variable.dims)
+        if not (own and plain):
             from .storable import check_storable
 
             check_storable(name, variable)

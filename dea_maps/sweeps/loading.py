@@ -40,7 +40,7 @@ class Table(NamedTuple):
         How many pieces, the first ones, make up the first repetition, where the others, which are the pieces after
         these, begin at another field than zero; else 0.
     endless : bool
-        Whether the last piece stands for a rise without end: it ends where no film is left.
+        Whether the last piece stands for a rise without end: it ends where every film has failed.
     """
 
     kind: npt.NDArray[np.int8]
@@ -194,7 +194,7 @@ def _of(argument: _Field, given: Parameters) -> Any:
 
 
 def _beyond(given: Parameters) -> Any:
-    """Return a field that no film carries, the end of a rise without end: twice that of instant failure."""
+    """Return a field that no film sustains, the end of a rise without end: twice that of instant failure."""
     return 2.0 * np.sqrt(given["modulus_ratio"])
 
 
@@ -282,9 +282,31 @@ def loading_time(program: Program, parameters: Parameters) -> Float:
     table = table_of(program)
     if table.endless:
         return np.zeros_like(parameters["modulus_ratio"])
+    first, later = _durations(table, parameters)
+    if table.once:
+        return first + later * max(table.repeats - 1, 1)
+    return first * max(table.repeats, 1)
+
+
+def repetition_starts(program: Program, parameters: Parameters, completed: Float) -> Float:
+    """Return the time at which a repetition starts, by the number of those before it.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import TriangleTrain
+    >>> given = {"field": np.array([1.2]), "period": np.array([0.5]), "modulus_ratio": np.array([4.0])}
+    >>> repetition_starts(TriangleTrain(), given, np.array([3.0]))
+    array([1.5])
+    """
+    first, later = _durations(table_of(program), parameters)
+    return np.where(completed > 0.0, first + (completed - 1.0) * later, 0.0)
+
+
+def _durations(table: Table, parameters: Parameters) -> tuple[Float, Float]:
+    """Return the duration of the first repetition, and of each one that follows."""
     columns = [np.broadcast_to(column(parameters), parameters["modulus_ratio"].shape) for column in table.columns]
-    duration = np.zeros_like(parameters["modulus_ratio"])
-    often = max(table.repeats - (table.once > 0), 1)
+    duration = [np.zeros_like(parameters["modulus_ratio"]) for _ in range(2)]
     for piece, (scale, source) in enumerate(zip(table.scale[:, 2], table.source[:, 2], strict=True)):
-        duration = duration + scale * columns[source] * (1 if piece < table.once else often)
-    return np.asarray(duration)
+        later = table.once <= piece
+        duration[later] = duration[later] + scale * columns[source]
+    return (duration[0], duration[1]) if table.once else (duration[1], duration[1])

@@ -33,7 +33,7 @@ class Method:
     formulations : tuple of str
         What ``formulation=`` takes with it; "auto" takes the first that serves the program.
     region : str
-        Where the promise of ``rtol`` holds.
+        Where ``rtol`` is guaranteed.
     source : str
         Where the method comes from.
     fixed_step : bool
@@ -50,7 +50,7 @@ class Method:
 
     @property
     def serves(self) -> dict[str, tuple[str, ...]]:
-        """Names of the loading programs that it serves, by formulation."""
+        """Names of the loading programs that it serves, by formulation, for films without a dead load."""
         return {form: tuple(name for name in PROGRAMS if _serves_named(form, name)) for form in self.formulations}
 
     @property
@@ -80,7 +80,7 @@ class Choice:
     """What a sweep is computed with.
 
     One of ``rtol`` and ``step`` is a number; whether the films carry a dead load; whether what cells have in common is
-    integrated once for them all, see `dea_maps.sweeps.run.planned`.
+    integrated once for them all, see `dea_maps.runs.request.Planned`.
     """
 
     method: str
@@ -93,13 +93,19 @@ class Choice:
 
 TIME = "time"
 """The formulation that serves every program: one equation for the internal stretch, in time."""
+RATE = "rate"
+"""The equations as the paper prints them, for comparison: they serve every program as well."""
+LENGTH = "length"
+"""The formulation of films under a dead load and a field that rises: field, stretch and dashpot over a length."""
 _SHAPES: Mapping[str, tuple[str, ...]] = {
     "stretch": ("step",),
     "area": ("ramp", "ramp_hold"),
+    LENGTH: ("ramp", "ramp_hold"),
     "fold": ("step", "ramp", "ramp_hold"),
-    "rate": ("step", "ramp", "ramp_hold"),
 }
 """Shapes of programs that a formulation serves, see `dea_maps.programs.Shape`; one that is not here serves all."""
+_DEAD_LOAD: Mapping[str, tuple[bool, ...]] = {"stretch": (False, True), LENGTH: (True,)}
+"""Whether the films of a formulation in `_SHAPES` carry a dead load; those of one that is not here do not."""
 
 
 def _serves(form: str, program: Program, dead_load: bool) -> bool:
@@ -107,12 +113,12 @@ def _serves(form: str, program: Program, dead_load: bool) -> bool:
     if form not in _SHAPES:
         return True
     shape = shape_of(program)
-    return shape is not None and shape.name in _SHAPES[form] and not dead_load
+    return shape is not None and shape.name in _SHAPES[form] and dead_load in _DEAD_LOAD.get(form, (False,))
 
 
 def _serves_named(form: str, name: str) -> bool:
-    """Return whether a formulation serves every program of a name."""
-    made_of_pieces = "pieces" in PROGRAMS[name].__dict__
+    """Return whether a formulation serves every program of a name, for films without a dead load."""
+    made_of_pieces = isinstance(PROGRAMS[name].__dict__.get("pieces"), tuple)
     return form not in _SHAPES or (made_of_pieces and _serves(form, PROGRAMS[name](), False))
 
 
@@ -130,12 +136,17 @@ _TIME_REGION = (
     "prestretch to 4; beyond, the result is as accurate as asked or unresolved"
 )
 
+_DEAD_LOAD_REGION = (
+    "prestretch from 1 to 6 or stress from 0 to 6, modulus_ratio from 1 to 1000, rate from 1e-6 to 1e5, rtol from "
+    "1e-10; beyond, the result is as accurate as asked or unresolved"
+)
+
 _METHODS = (
     Method(
         "rk4",
         4,
         "explicit, fixed step",
-        ("fold", "rate"),
+        ("fold", TIME, RATE),
         "none: the step is the caller's",
         "Kutta 1901",
         fixed_step=True,
@@ -144,16 +155,16 @@ _METHODS = (
         "dopri5",
         5,
         "explicit, adaptive",
-        ("area", "fold", "rate"),
-        f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}",
+        ("area", "fold", RATE),
+        f"'area': {_WHOLE_REGION}; rtol from 1e-9; {_FOLD_REGION}; 'rate': none",
         "Dormand and Prince 1980",
     ),
     Method(
         "dop853",
         8,
         "explicit, adaptive",
-        ("area", "fold", "rate", TIME),
-        f"'area': {_WHOLE_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}",
+        ("area", "fold", LENGTH, TIME, RATE),
+        f"'area': {_WHOLE_REGION}; 'length': {_DEAD_LOAD_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}; 'rate': none",
         "Hairer, Norsett and Wanner 1993, section II.10",
     ),
     Method(
@@ -169,7 +180,7 @@ _METHODS = (
         0,
         "integral over the stretch, adaptive number of nodes",
         ("stretch",),
-        _WHOLE_REGION,
+        f"{_WHOLE_REGION}; with prestretch from 1 to 6 or stress from 0 to 6",
         "Gauss and Legendre after subtraction of the poles",
     ),
 )
@@ -178,7 +189,7 @@ _AUTOMATIC = ("quadrature", "dop853")
 
 
 def methods() -> MethodTable:
-    """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is promised.
+    """List the methods: name, order, kind, formulations, programs served and where ``rtol`` is guaranteed.
 
     Returns
     -------
@@ -189,7 +200,7 @@ def methods() -> MethodTable:
     --------
     >>> print(methods())  # doctest: +ELLIPSIS, +NORMALIZE_WHITESPACE
     method      order  kind                     formulations      programs
-    rk4         4      explicit, fixed step     fold, rate        step, ramp, ramp_hold
+    rk4         4      explicit, fixed step     fold, time, rate        step, ramp, ramp_hold, pulse, ...
     ...
     >>> [method.name for method in methods()]
     ['rk4', 'dopri5', 'dop853', 'radau5', 'quadrature']

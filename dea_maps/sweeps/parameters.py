@@ -44,7 +44,7 @@ def check_values(name: str, values: npt.NDArray[np.float64], kind: Kind) -> None
         raise ValueError(f"{name} must be {kind.limits}; got {values[~allowed].flat[0]}")
 
 
-def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> xr.DataArray:
+def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str, units: str = "1") -> xr.DataArray:
     """Check a parameter and put it on named dimensions.
 
     Parameters
@@ -55,6 +55,8 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> x
         What the caller gave. A 1-D array gets a dimension of the parameter's own name.
     kind : str
         A key of `dea_maps.nomenclature.KINDS`.
+    units : str
+        What it is in: units of its own must be these.
 
     Returns
     -------
@@ -66,7 +68,7 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> x
     TypeError
         If it is not made of real numbers, or a dimension is not named by a string.
     ValueError
-        If a value is out of bounds or masked; if it has units other than "1"; if an array of several
+        If a value is out of bounds or masked; if it has units other than `units`; if an array of several
         dimensions does not name them; if a dimension or coordinate has a name that the result needs.
 
     Examples
@@ -82,12 +84,13 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str) -> x
     values = np.array(raw, dtype=np.float64)
     check_values(name, values, KINDS[kind])
     _check_coordinates(name, named, values)
-    units = named.attrs.get("units", "1")
-    if units not in {"", "1", "dimensionless"}:
-        raise ValueError(f"{name} must be dimensionless, with units '1'; got units {units!r}")
+    own = named.attrs.get("units", units)
+    if own not in ({"", "1", "dimensionless"} if units == "1" else {units, units.replace(" s-1", "/s")}):
+        wanted = "dimensionless, with units '1'" if units == "1" else f"in {units}"
+        raise ValueError(f"{name} must be {wanted}; got units {own!r}")
     array = named.copy(data=values)
     quantity = parameter(name, kind)
-    array.attrs = {"long_name": quantity.long_name, **named.attrs, "units": "1"}
+    array.attrs = {"long_name": quantity.long_name, **named.attrs, "units": units}
     return array
 
 
@@ -107,7 +110,7 @@ def _as_array(name: str, value: npt.ArrayLike) -> npt.NDArray[np.generic]:
             "whose dimensions only an xarray.DataArray can name"
         )
     if np.ma.is_masked(value):
-        raise ValueError(f"{name} must have a value at every place; got a masked array with gaps")
+        raise ValueError(f"{name} must have no masked values; got a masked array")
     return array
 
 
@@ -125,3 +128,16 @@ def _check_coordinates(name: str, array: xr.DataArray, values: npt.NDArray[np.fl
             raise ValueError(f"{name} differs from its coordinate {name!r}: give the dimension another name")
     if any(isinstance(index, PandasMultiIndex) for index in array.xindexes.values()):
         raise ValueError(f"{name} has a multi-index, which no file can hold: call its reset_index first")
+
+
+def checked_times(time: npt.ArrayLike | xr.DataArray) -> xr.Variable:
+    """Check the times, and put them on the dimension ``time``."""
+    values = np.atleast_1d(np.asarray(time))
+    if values.ndim != 1:
+        raise ValueError(f"time must be a number or have one dimension; got an array of shape {values.shape}")
+    if values.dtype.kind not in "iuf":
+        raise TypeError(f"time must be made of real numbers; got {brief(time)}")
+    allowed = np.isfinite(values) & (values >= 0.0)
+    if not allowed.all():
+        raise ValueError(f"time must be finite and at least 0; got {values[~allowed].flat[0]}")
+    return xr.Variable("time", values.astype(np.float64))

@@ -1,4 +1,4 @@
-"""The one door to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
+"""Interface to the kernels: a grid of parameters and a choice of method in, arrays of results out."""
 
 import threading
 from collections.abc import Callable, Collection, Mapping
@@ -9,23 +9,26 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from ..kernels import build, lane_state, programs
+from ..kernels import build, lane_state
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
+from ..kernels.dead_load import build as dead_load
 from ..kernels.loading import build as loading
+from ..kernels.loading import record as recorded
 from ..kernels.loading import results as loading_rows
+from ..kernels.loading import rows as passage_rows
+from ..kernels.loading.cells import SHARE
 from ..kernels.product import grid as product_grid
 from ..nomenclature import VARIABLES
 from ..notices import notice
+from ..outcomes import Outcome
 from ..pieces import Argument
 from ..programs import Program, shape_of
 from .chunks import cut
 from .dead_load import film_of, has_dead_load
-from .loading import SINE, arrays_of, table_of
-from .methods import TIME, Choice, choose
+from .loading import SINE, arrays_of, field_at, repetition_starts, table_of
+from .methods import RATE, TIME, Choice, choose
 from .product import Product, product_of
-
-SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = 0, 1, 2, 3
 
 KERNELS = FINGERPRINT
 """Hash of the sources of the kernels: another one may be another result."""
@@ -34,26 +37,25 @@ KERNELS = FINGERPRINT
 CHUNK = 4096
 # The same of a product grid, of which a cell takes some tens of nanoseconds.
 PRODUCT_CHUNK = 65_536
-# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`.
+# The same of films that are followed in time.
+TRACE_CHUNK = 16
+# Bound on the attempted steps of a cell in one piece of its program; reaching it gives `unresolved`. With the methods
+# that serve every program for comparison it is the bound on those of a cell in all.
 ATTEMPTS = 1_000_000
-# The same of a trajectory between two times: an explicit method takes a step or so a relaxation time.
-TRACE_ATTEMPTS = 100_000_000
-# Relaxation times of its own after which a film that survives differs from its end by less than rounding.
-RELAXATIONS = 45.0
-# Shares of the tolerance to trace with, until all is found: at the limit of its stability, where a slow ramp keeps it,
-# an explicit method takes a step now and then whose error it does not see, and that leads nowhere.
-RETRACED = (1.0, 0.7, 0.5, 0.3, 0.2)
 
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
 COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
 COMPILE_SECONDS_OF_PRODUCTS = 40
 
-_OUTCOMES = np.full(16, UNRESOLVED, np.int8)
-_OUTCOMES[lane_state.SURVIVES] = SURVIVES
-_OUTCOMES[lane_state.FAILED] = FAILS_LATER
-_OUTCOMES[lane_state.FAILS_AT_ONCE] = FAILS_AT_ONCE
+_OUTCOMES = np.full(16, Outcome.UNRESOLVED, np.int8)
+_OUTCOMES[lane_state.SURVIVES] = Outcome.SURVIVES
+_OUTCOMES[lane_state.FAILED] = Outcome.FAILS_LATER
+_OUTCOMES[lane_state.FAILS_AT_ONCE] = Outcome.FAILS_AT_ONCE
 
+
+STEPS: Any = recorded
+"""The numbers of the rows of recorded steps, see `Passages`, by name."""
 
 Parameters = Mapping[str, NDArray[np.float64]]
 """Parameters of cells by name, all of one shape."""
@@ -140,7 +142,7 @@ def solve(
     found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
     if found.largest_stretch is None:  # under a field that only rises, the largest stretch is the last one
         found = found._replace(
-            largest_stretch=np.where(found.outcome == SURVIVES, found.final_stretch, found.critical_stretch)
+            largest_stretch=np.where(found.outcome == Outcome.SURVIVES, found.final_stretch, found.critical_stretch)
         )
     absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in program.results)
     return found._replace(**absent)
@@ -226,9 +228,16 @@ def _solve_product(
 
 def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     """Return how many rows of results a kernel has, the kernel, and its arguments before status and results."""
-    if choice.formulation != TIME:
-        shape = shape_of(program)
+    shape = shape_of(program)
+    only_rises = shape is not None and not choice.dead_load
+    if choice.formulation != TIME and (choice.formulation != RATE or only_rises):
         assert shape is not None  # `methods.choose` lets no other program through
+
+        def of_film(given: Parameters) -> tuple[Any, ...]:
+            return _column(shape.field, given), _column(shape.rate, given), *film_of(given), choice.rtol
+
+        if choice.dead_load:
+            return kernel_rows.RESULTS, dead_load.sweep(shape.name), of_film
         accuracy = (choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS)
 
         def columns(given: Parameters) -> tuple[Any, ...]:
@@ -240,6 +249,11 @@ def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:
     def pieces(given: Parameters) -> tuple[Any, ...]:
         return *arrays_of(table, given), *film_of(given), choice.rtol
 
+    def steps(given: Parameters) -> tuple[Any, ...]:
+        return *arrays_of(table, given), *film_of(given), choice.rtol or 0.0, choice.step or 0.0, ATTEMPTS
+
+    if choice.step is not None or choice.formulation == RATE:
+        return loading_rows.RESULTS, loading.stepped(choice.formulation, choice.method), steps
     return loading_rows.RESULTS, loading.sweep(bool((table.kind == SINE).any()), choice.dead_load), pieces
 
 
@@ -293,38 +307,133 @@ def trace(
     stretch, internal_stretch : ndarray
         Of the shape of ``parameters`` and one dimension more, along ``times``; NaN after failure.
     """
-    ratio = parameters["modulus_ratio"]
-    cells, shape = ratio.size, (*ratio.shape, times.shape[-1])
-    stretch, internal = np.empty((2, cells, shape[-1]))
-    rising = shape_of(program)
-    if rising is None or has_dead_load(parameters):
-        _trace_general(program, parameters, times, rtol, stretch, internal)
-        return stretch.reshape(shape), internal.reshape(shape)
-    kernel = build.trajectory(rising.name)
+    shape = parameters["modulus_ratio"].shape
+    table = table_of(program)
+    kernel = loading.trajectory(bool((table.kind == SINE).any()), has_dead_load(parameters))
     _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
-    ends = solve_auto(program, parameters, rtol)
-    lifetimes = np.nan_to_num(ends.time_to_failure)
-    fields, rates = (_column(argument, parameters) for argument in (rising.field, rising.rate))
-    corners = fields / rates if rising.name == "ramp_hold" else np.zeros_like(fields)
-    per_cell = np.minimum(times, _relaxed_by(corners, ratio, ends.final_stretch)[..., np.newaxis])
+    per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
+    # A film that survives has no time to failure; one that fails at once is not followed.
+    life = np.nan_to_num(solve_auto(program, parameters, rtol).time_to_failure, nan=np.inf)[..., np.newaxis]
+    wanted = np.where(life > 0.0, per_cell <= life, False).sum(axis=-1).ravel()
+    stretch, internal = np.empty((2, wanted.size, times.shape[-1]))
+    parts = cut(shape, TRACE_CHUNK)
 
-    def compute(cell: int) -> int:
-        index = np.unravel_index(cell, ratio.shape)
-        columns = [np.atleast_1d(column[index]) for column in (fields, rates, ratio)]
-        own = per_cell[index]
-        # Where the film runs away after a long hold, the error counts of all that time.
-        field, rate, _ = (float(column[0]) for column in columns)
-        held = programs.time_held(rising.name, field, rate, float(lifetimes.flat[cell]))
-        tight = max(rtol / (1.0 + 10.0 * held), 1e-14)
-        alive = own < (lifetimes.flat[cell] or np.inf)
-        for share in RETRACED:
-            kernel(*columns, own, share * tight, TRACE_ATTEMPTS, stretch[cell : cell + 1], internal[cell : cell + 1])
-            if np.isfinite(stretch[cell, alive]).all():
-                break
-        return 1
+    def compute(number: int) -> int:
+        part, index = parts.cells(number), parts.index(number)
+        given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
+        own = np.array(per_cell[index], order="C").reshape(-1, times.shape[-1])
+        film = (*arrays_of(table, given), *film_of(given))
+        kernel(*film, rtol, own, wanted[part], stretch[part], internal[part])
+        return own.shape[0]
 
-    _in_threads(compute, range(cells))
-    return stretch.reshape(shape), internal.reshape(shape)
+    _in_threads(compute, range(parts.count))
+    full = (*shape, times.shape[-1])
+    return stretch.reshape(full), internal.reshape(full)
+
+
+class Passages:
+    """Films taken through a loading program step by step, to look for something on the way.
+
+    Parameters
+    ----------
+    program, parameters
+        As in `solve`, of one dimension.
+    rtol : float
+        Relative error allowed in a passage through the program.
+    closeness : float
+        Distance in time to the instability, over the time in the piece of the program, at which a film has failed.
+    square : ndarray, optional
+        xi**2 at the start, where that is not the film's own.
+    one_cycle : bool
+        Whether to end with the first repetition, taken for one that follows on others.
+    """
+
+    READY, ENDED, JUMPED, NEAR, RESTS = (
+        passage_rows.READY, passage_rows.ENDED, passage_rows.JUMPED, passage_rows.NEAR, recorded.RESTS,
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        program: Program,
+        parameters: Parameters,
+        rtol: float,
+        closeness: float,
+        square: NDArray[np.float64] | None = None,
+        one_cycle: bool = False,
+    ) -> None:
+        table = table_of(program)
+        which = bool((table.kind == SINE).any()), has_dead_load(parameters)
+        self._record, self._within = loading.record(*which), loading.within(*which)
+        _prepare((self._record, self._within), f"passages through {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
+        *self._pieces, self._columns, self._repeats, self._once = arrays_of(table, parameters)
+        self.ratio, start, self.load = film_of(parameters)
+        self._power = -1.0 if which[1] else -0.5
+        self._closeness, self._one_cycle = closeness, one_cycle
+        size = self.ratio.size
+        self.state, self._cycles = np.full(size, self.READY, np.int8), np.zeros(size)
+        self._kept = np.zeros((passage_rows.KEPT, size))
+        self._kept[passage_rows.T] = self._kept[passage_rows.HELD] = -1.0
+        self._kept[passage_rows.BASE] = start**2 if square is None else square
+        self._kept[passage_rows.UNTIL] = self._once or table.kind.size
+        if one_cycle and self._once:  # one like all that follow
+            self._kept[passage_rows.PIECE], self._kept[passage_rows.UNTIL] = self._once, table.kind.size
+            end = repetition_starts(program, parameters, np.ones(size))
+            self._kept[passage_rows.X] = field_at(program, parameters, end[:, np.newaxis])[:, 0]
+        self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
+        self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf
+
+    def keep(self, films: NDArray[np.bool_]) -> None:
+        """Go on with some of the films alone."""
+        self._columns, self._kept = (np.compress(films, rows, axis=1).copy() for rows in (self._columns, self._kept))
+        self.ratio, self.load = self.ratio[films], self.load[films]
+        self.state, self._cycles = self.state[films], self._cycles[films]
+
+    def go_on(self, room: int) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Take every film that is READY so many steps further, or to its end.
+
+        Returns
+        -------
+        count : (films,) ndarray
+            Steps taken.
+        steps : (rows, films, room) ndarray
+            What they are, see `dea_maps.kernels.loading.record`.
+        """
+        count = np.zeros(self.state.size, np.int64)
+        steps = np.empty((recorded.RECORDED, self.state.size, room))
+        program = (*self._pieces, self._columns, self._repeats, self._once, self._one_cycle)
+        self._record(
+            *program, self.ratio, self.load, self._closeness, self.state, self._cycles, self._kept, count, steps
+        )
+        return count, steps
+
+    def within(
+        self, films: NDArray[np.int64], start: NDArray[np.float64], length: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return stretch and field a time after the start of recorded steps, (rows, steps), of films."""
+        found = np.empty((2, length.size))
+        inputs = (np.ascontiguousarray(array) for array in (films, self.ratio, self.load, start, length))
+        self._within(*self._pieces, self._columns, *inputs, found)
+        return found[0], found[1]
+
+    @property
+    def change(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """How much xi**2 has changed since the start of the repetition, and its derivative by that at the start."""
+        return self._kept[passage_rows.Y], np.exp(self._kept[passage_rows.GAIN])
+
+    @property
+    def time(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Repetitions completed, and the time since the start of the one under way."""
+        return self._cycles, self._kept[passage_rows.OFFSET] + self._kept[passage_rows.T]
+
+    @property
+    def square(self) -> NDArray[np.float64]:
+        """xi**2 of every film."""
+        return np.asarray(self._kept[passage_rows.BASE] + self._kept[passage_rows.Y])
+
+    @property
+    def stretch(self) -> NDArray[np.float64]:
+        """Stretch of every film."""
+        return np.asarray(self._kept[passage_rows.X] ** self._power)
 
 
 def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -335,41 +444,6 @@ def relaxation_rate(final_stretch: NDArray[np.float64], modulus_ratio: NDArray[n
     u = final_stretch**-2
     stiffness = np.maximum(4.0 * u**3 - 1.0, 0.0)  # none at the relaxed critical field
     return np.asarray(6.0 * u * stiffness / np.maximum(stiffness + 3.0 * (modulus_ratio - 1.0) * u, 1e-300))
-
-
-def _relaxed_by(
-    corner: NDArray[np.float64], modulus_ratio: NDArray[np.float64], final_stretch: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """When films that survive have come to rest: an explicit method would step on for ever. Infinity for others."""
-    rate = relaxation_rate(final_stretch, modulus_ratio)
-    comes_to_rest = rate > 0.0
-    return np.where(comes_to_rest, corner + RELAXATIONS / np.where(comes_to_rest, rate, 1.0), np.inf)
-
-
-def _trace_general(
-    program: Program,
-    parameters: Parameters,
-    times: NDArray[np.float64],
-    rtol: float,
-    stretch: NDArray[np.float64],
-    internal: NDArray[np.float64],
-) -> None:
-    """Fill in the stretches of films under any program and dead load, (cells, times), as `trace` returns them."""
-    table = table_of(program)
-    kernel = loading.trajectory(bool((table.kind == SINE).any()), has_dead_load(parameters))
-    _prepare((kernel,), f"trajectories of {program.name}", COMPILE_SECONDS_OF_TRAJECTORIES)
-    shape = parameters["modulus_ratio"].shape
-    per_cell = np.broadcast_to(times, (*shape, times.shape[-1]))
-
-    def compute(cell: int) -> int:
-        index = np.unravel_index(cell, shape)
-        given = {name: np.atleast_1d(values[index]).flatten() for name, values in parameters.items()}
-        own = np.array(per_cell[index])
-        part = slice(cell, cell + 1)
-        kernel(*arrays_of(table, given), *film_of(given), rtol, own, stretch[part], internal[part])
-        return 1
-
-    _in_threads(compute, range(stretch.shape[0]))
 
 
 def default_threads() -> int:

@@ -20,18 +20,22 @@ def _enter(w, i):
 
 
 @device
-def _derivative(w, i, row, target):
-    stretch = w[row + SECOND, i]
-    xi = w[row + THIRD, i]
-    p = w[P, i]
+def rates(stretch, xi, p, sigma, load_rate):
+    """Return the rates of the stretch, (24), and of the internal stretch, (26), under a dead load sigma."""
     a = 1.0 / (stretch * stretch)
     b = 1.0 / (xi * xi)
-    load_rate = 2.0 * CRITICAL_LOAD * applied_field(w, i, w[row + TIME, i]) * w[SLOPE, i]
     xi_rate = b * b * xi / a - a * a * xi * xi * xi
     coupling = p * (2.0 * a * b / xi + 4.0 * a * a * a * a * xi * xi * xi)
-    factor = (8.0 * a * a * a * (1.0 + p / (b * b)) - 2.0 * (1.0 + p * b)) * a / stretch
+    factor = (8.0 * a * a * a * (1.0 + p / (b * b)) - 2.0 * (1.0 + p * b)) * a / stretch + 3.0 * sigma * a * a
+    return (load_rate + coupling * xi_rate) / factor, xi_rate
+
+
+@device
+def _derivative(w, i, row, target):
+    load_rate = 2.0 * CRITICAL_LOAD * applied_field(w, i, w[row + TIME, i]) * w[SLOPE, i]
+    stretch_rate, xi_rate = rates(w[row + SECOND, i], w[row + THIRD, i], w[P, i], 0.0, load_rate)
     w[target + TIME, i] = 1.0
-    w[target + SECOND, i] = (load_rate + coupling * xi_rate) / factor
+    w[target + SECOND, i] = stretch_rate
     w[target + THIRD, i] = xi_rate
 
 

@@ -14,6 +14,8 @@ numbers and without cancellation.
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -198,39 +200,49 @@ def _smooth_part(w, i, node):
     return (D * z * z * inverse - subtracted) * scale, abs(subtracted * scale)
 
 
-@device
-def _integrate_nodes(w, first, last):
-    """Time of every lane with the nodes ``first`` to ``last`` of ``NODES``, and an estimate of its error.
+def make_integrate_nodes(smooth_part: Callable[..., Any], scale: float, caution: float) -> Callable[..., Any]:
+    """Make ``integrate_nodes(w, first, last)`` of an integrand less its pole part, ``smooth_part(w, i, node)``.
 
-    The Legendre coefficients of the smooth part fall geometrically and Gauss's error falls like the square of the last
-    ones. The estimate is a quarter of that square over the largest of the first ones, which bounds it from above
-    (tests and studies/tolerance hold it to the truth).
+    ``scale`` is that of the time over half the interval times the sum over the nodes, plus half the pole part.
     """
-    lanes = w.shape[1]
-    for i in range(lanes):
-        w[SUBTRACTED, i] = 0.0
-        w[SUM, i] = 0.0
-        w[FIRST, i] = 0.0
-        w[LAST, i] = 0.0
-        w[LAST_BUT_ONE, i] = 0.0
-    for j in range(first, last):
-        node, weight, of_first, of_last_but_one, of_last = NODES[:, j]
+
+    @device
+    def integrate_nodes(w, first, last):
+        """Time of every lane with the nodes ``first`` to ``last`` of ``NODES``, and an estimate of its error.
+
+        The Legendre coefficients of the smooth part fall geometrically and Gauss's error falls like the square of the
+        last ones. The estimate is a quarter of that square over the largest of the first ones, which bounds it from
+        above (tests and studies/tolerance hold it to the truth); ``caution`` is that quarter, or more.
+        """
+        lanes = w.shape[1]
         for i in range(lanes):
-            value, subtracted = _smooth_part(w, i, node)
-            w[SUBTRACTED, i] += weight * subtracted
-            w[SUM, i] += weight * value
-            w[FIRST, i] += of_first * value
-            w[LAST_BUT_ONE, i] += of_last_but_one * value
-            w[LAST, i] += of_last * value
-    for i in range(lanes):
-        scale = 4.0 / CRITICAL_U
-        w[TIME, i] = scale * (w[HALF, i] * w[SUM, i] + 0.5 * w[POLE_PART, i])
-        tail = max(abs(w[LAST, i]), abs(w[LAST_BUT_ONE, i]))
-        largest = max(abs(0.5 * w[SUM, i]), abs(w[FIRST, i])) + 1e-300
-        whole = w[BEFORE, i] + abs(w[TIME, i])
-        # At a node close to the poles a small difference of large numbers is left: some operations of rounding each.
-        rounding = 16.0 * EPSILON * w[SUBTRACTED, i]
-        w[ERROR, i] = abs(scale * w[HALF, i]) * (0.25 * tail * tail / largest + rounding) / (whole + 1e-300)
+            w[SUBTRACTED, i] = 0.0
+            w[SUM, i] = 0.0
+            w[FIRST, i] = 0.0
+            w[LAST, i] = 0.0
+            w[LAST_BUT_ONE, i] = 0.0
+        for j in range(first, last):
+            node, weight, of_first, of_last_but_one, of_last = NODES[:, j]
+            for i in range(lanes):
+                value, subtracted = smooth_part(w, i, node)
+                w[SUBTRACTED, i] += weight * subtracted
+                w[SUM, i] += weight * value
+                w[FIRST, i] += of_first * value
+                w[LAST_BUT_ONE, i] += of_last_but_one * value
+                w[LAST, i] += of_last * value
+        for i in range(lanes):
+            w[TIME, i] = scale * (w[HALF, i] * w[SUM, i] + 0.5 * w[POLE_PART, i])
+            tail = max(abs(w[LAST, i]), abs(w[LAST_BUT_ONE, i]))
+            largest = max(abs(0.5 * w[SUM, i]), abs(w[FIRST, i])) + 1e-300
+            whole = w[BEFORE, i] + abs(w[TIME, i])
+            # At a node close to the poles a small difference of large numbers is left: some roundings each.
+            rounding = 16.0 * EPSILON * w[SUBTRACTED, i]
+            w[ERROR, i] = abs(scale * w[HALF, i]) * (caution * tail * tail / largest + rounding) / (whole + 1e-300)
+
+    return integrate_nodes
+
+
+_integrate_nodes = make_integrate_nodes(_smooth_part, 4.0 / CRITICAL_U, 0.25)
 
 
 @device
@@ -245,28 +257,36 @@ def first_rule(p, rtol):
     return rule + (p > 9.0) + (p > 60.0)
 
 
-@device
-def integrate(w, rule, rtol):
-    """Time of every lane, by the first rule from its own on at which the estimated error is at most ``rtol``.
+def make_integrate(integrate_nodes: Callable[..., Any]) -> Callable[..., Any]:
+    """Make ``integrate(w, rule, rtol)`` from the sum over the nodes of one rule."""
 
-    ``rule`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved.
-    """
-    lanes = w.shape[1]
-    _integrate_pole_part(w)
-    for i in range(lanes):
-        w[FOUND, i] = math.nan
-    for step in range(RULES):
-        waiting = 0
-        due = 0
+    @device
+    def integrate(w, rule, rtol):
+        """Time of every lane, by the first rule from its own on at which the estimated error is at most ``rtol``.
+
+        ``rule`` (lanes,) is set to ``DONE`` where the time is as accurate as asked; other lanes are unresolved.
+        """
+        lanes = w.shape[1]
+        _integrate_pole_part(w)
         for i in range(lanes):
-            waiting += rule[i] < DONE
-            due += rule[i] <= step
-        if waiting == 0:
-            return
-        if due == 0:
-            continue
-        _integrate_nodes(w, OFFSETS[step], OFFSETS[step + 1])
-        for i in range(lanes):
-            if rule[i] <= step and w[ERROR, i] <= rtol:
-                w[FOUND, i] = w[TIME, i]
-                rule[i] = DONE
+            w[FOUND, i] = math.nan
+        for step in range(RULES):
+            waiting = 0
+            due = 0
+            for i in range(lanes):
+                waiting += rule[i] < DONE
+                due += rule[i] <= step
+            if waiting == 0:
+                return
+            if due == 0:
+                continue
+            integrate_nodes(w, OFFSETS[step], OFFSETS[step + 1])
+            for i in range(lanes):
+                if rule[i] <= step and w[ERROR, i] <= rtol:
+                    w[FOUND, i] = w[TIME, i]
+                    rule[i] = DONE
+
+    return integrate
+
+
+integrate = make_integrate(_integrate_nodes)

@@ -30,9 +30,12 @@ and ``result`` (RESULTS, cells) float64, NaN where a row has no value for the ou
     CYCLES_TO_FAILURE, STEADY_STRETCH_MAX, STEADY_STRETCH_MIN = range(RESULTS)          (in `loading.results`)
 
     trajectory = build.trajectory(sine, dead_load)
-    trajectory(kind, scale, source, columns, repeats, once, modulus_ratio, start_stretch, dead_load, tolerance,
-               times, stretch, internal_stretch)
+    trajectory(kind, scale, source, columns, repeats, once, modulus_ratio, start_stretch, dead_load, tolerance, times,
+               wanted, stretch, internal_stretch)
 
-fills (cells, times) arrays at ``times`` (times,), ascending, >= 0; NaN from failure on. All arrays are C-contiguous.
+fills (cells, times) arrays at ``times`` (cells, times), ascending, >= 0, the first ``wanted`` (cells,) of each cell,
+which are before its failure; NaN elsewhere, and where the film fails before. All arrays are C-contiguous.
 Results of a cell depend on its own columns alone.
+
+    stepped = build.stepped(formulation, method)      "time" or "rate", a tableau: for comparison, see `stepped`
 """

@@ -422,7 +422,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             np.sqrt(modulus_ratio[cell]) if sigma == 0.0 and r == 1.0 else result[CRITICAL_FIELD, cell]
                         )
                     elif repeats != 1:
-                        result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]
+                        # Under the load held at the end all repetitions are completed, the last one counted here again.
+                        again = 1.0 if kept[HELD, cell] >= 0.0 else 0.0
+                        result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell] + again
                 elif purpose == CYCLING:
                     notes[CYCLE_TIME, cell] = kept[OFFSET, cell]
                     if notes[COMPLETED, cell] == 0.0:

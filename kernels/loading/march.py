@@ -242,7 +242,9 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
             # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
             x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * rate_of_x
-            share = v0 / (v0 - v1)
+            second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
+            root = np.sqrt(max(second * second - 3.0 * third * v0, 0.0))
+            share = -v0 / (second + (root if v0 < 0.0 else -root))  # where its slope is zero
             left = 1.0 - share
             between = left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
                 x * (3.0 - 2.0 * share) - v1 * left

@@ -32,6 +32,17 @@ from .step import make_attempt, make_error
 from .tableaus import Tableau
 
 
+@device
+def first_step(w, i):
+    """Return the length of a first step, from the derivatives at the state."""
+    # 1 % of what changes a state by itself, and the field by its scale; in a steady state, some length. The step
+    # control corrects it: the choice bears on the cost of the first few steps alone.
+    fastest = max(abs(w[SLOPE, i] * w[SLOPES + TIME, i]), 1e-12)
+    for state in range(TIME + 1, STATES):
+        fastest = max(fastest, abs(w[SLOPES + state, i] / w[STATE + state, i]))
+    return 0.01 / fastest
+
+
 def make_begin(program: Program, formulation: Formulation) -> Callable[..., Any]:
     """Make ``begin(w, i, index, field, rate, step) -> status``: set a lane at the start of a piece of its program.
 
@@ -42,15 +53,6 @@ def make_begin(program: Program, formulation: Formulation) -> Callable[..., Any]
     enter = formulation.enter
     derivative = formulation.derivative
     distance = formulation.distance
-
-    @device
-    def first_step(w, i):
-        # 1 % of what changes a state by itself, and the field by its scale; in a steady state, some length. The step
-        # control corrects it: the choice bears on the cost of the first few steps alone.
-        fastest = max(abs(w[SLOPE, i] * w[SLOPES + TIME, i]), 1e-12)
-        for state in range(TIME + 1, STATES):
-            fastest = max(fastest, abs(w[SLOPES + state, i] / w[STATE + state, i]))
-        return 0.01 / fastest
 
     @device
     def begin(w, i, index, field, rate, step):

@@ -81,6 +81,26 @@ def make_attempt(tableau: Tableau, derivative: Callable[..., Any]) -> Callable[.
     return make_sequence([*combinations, _make_combination(tableau.weights, NEW, derivative, last)])
 
 
+def make_looped_attempt(tableau: Tableau, derivative: Callable[..., Any]) -> Callable[..., Any]:
+    """Make what `make_attempt` makes, of the first lane alone, with a loop over the stages: short machine code."""
+    last = tableau.stages
+    weights = np.zeros((last, last))
+    for stage, row in enumerate((*tableau.rows, tableau.weights)):
+        weights[stage, : len(row)] = row
+
+    @device
+    def attempt(w):
+        for stage in range(1, last + 1):
+            for state in range(STATES):
+                total = 0.0
+                for j in range(stage):
+                    total += weights[stage - 1, j] * w[SLOPES + STATES * j + state, 0]
+                w[NEW + state, 0] = w[STATE + state, 0] + w[TRIAL, 0] * total
+            derivative(w, 0, NEW, SLOPES + STATES * stage)
+
+    return attempt
+
+
 @device
 def _scale(w, i, state):
     """Size against which an error in a state counts: its larger value over the step, so all errors are relative."""

@@ -22,7 +22,7 @@ def measure(strength: Strength, count: int, rtols: tuple[float, ...]) -> xr.Data
     Parameters
     ----------
     strength : callable
-        Breakdown strength over the relaxed critical field.
+        Breakdown strength, normalised by the relaxed critical field.
     count : int
         Of lifetimes, stretches and the like, for each modulus ratio.
     rtols : tuple of float
@@ -136,7 +136,7 @@ def _excess(strength: Strength, field: np.ndarray, stretch: np.ndarray) -> np.nd
 
 
 def _distance(lost: Callable[[np.ndarray], np.ndarray], answer: np.ndarray, rtol: float) -> np.ndarray:
-    """Return the relative distances over rtol of answers from where forward verdicts change, by bisection.
+    """Return the relative distances over rtol of answers from where the outcomes of sweeps change, by bisection.
 
     Infinite where they do not change from "not lost" to "lost" near the answer.
     """

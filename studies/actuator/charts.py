@@ -1,4 +1,4 @@
-"""Charts of what films bear, how they get there, and how sure the decision is."""
+"""Charts of allowable voltages, how films get there, and how sure the decision is."""
 
 from pathlib import Path
 
@@ -104,7 +104,7 @@ def _held(material: dm.Material, voltages: np.ndarray, seconds: np.ndarray) -> x
 
 
 def windows(ds: xr.Dataset, path: Path) -> None:
-    """Draw voltages that area strains need beside those that the thin film bears, as known and at worst."""
+    """Draw voltages that area strains need and those that are allowable for the thin film, as known and at worst."""
     figure, ax = plt.subplots(figsize=(7.0, 4.2), layout="constrained")
     kilovolts = films.THIN / 1e3
     x = 100.0 * ds.area_strain

@@ -17,7 +17,7 @@ _HALVINGS = 34
 
 
 def allowable(material: dm.Material, seconds: np.ndarray | float) -> np.ndarray:
-    """Return the largest nominal fields in V/m that a film outlasts for some times."""
+    """Return the largest nominal fields in V/m that a film sustains for some times."""
     life = np.asarray(seconds) / material.relaxation_time
     found = dm.allowable_field(life, material.modulus_ratio, strength=_strength(material))
     return found.allowable_field.values * material.critical_field
@@ -106,17 +106,17 @@ def corners(material: dm.Material) -> list[dm.Material]:
 
 
 def windows(material: dm.Material, area_strain: np.ndarray) -> xr.Dataset:
-    """Return the nominal fields (V/m) that area strains need and that the film outlasts, as known and at worst."""
+    """Return the nominal fields (V/m) that area strains need and that are allowable, as known and at worst."""
     uncertain = corners(material)
     need, most = needed([material], area_strain, READY)[0], needed(uncertain, area_strain, READY).max(axis=0)
-    bears, least = allowable(material, HOLD), min(allowable(corner, HOLD) for corner in uncertain)
+    nominal, least = allowable(material, HOLD), min(allowable(corner, HOLD) for corner in uncertain)
     ends = strain(material, need, HOLD)
     units = {"units": "V m-1"}
     return xr.Dataset(
         {
             "needed": ("area_strain", need, {"long_name": "nominal field that the area strain needs", **units}),
             "needed_at_most": ("area_strain", most, {"long_name": "the same, largest within the errors", **units}),
-            "allowable": ((), bears, {"long_name": "largest nominal field for the holding time", **units}),
+            "allowable": ((), nominal, {"long_name": "largest nominal field for the holding time", **units}),
             "allowable_at_least": ((), least, {"long_name": "the same, smallest within the errors", **units}),
             "strain_in_the_end": ("area_strain", ends, {"long_name": "area strain", "units": "1"}),
         },

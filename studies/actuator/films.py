@@ -1,4 +1,4 @@
-"""The films of the study: from its specification or from a tensile fit, and what they bear."""
+"""The films of the study: from its specification or from a tensile fit, and their allowable voltages."""
 
 import csv
 import tomllib
@@ -55,7 +55,7 @@ def write_tension(path: Path) -> None:
 
 
 def borne(among: dict[str, dm.Material], times: np.ndarray) -> xr.Dataset:
-    """Return what films of each material bear for some times: both thicknesses, the thick one at constant strength."""
+    """Return the allowable voltages of films of each material: both thicknesses, the thick one at constant strength."""
     thick = {CONSTANT: [THICK]}
     sets = [dm.design(material, thick.get(name, [THIN, THICK]), times) for name, material in among.items()]
     return xr.concat(sets, "film", combine_attrs="override")

@@ -42,7 +42,7 @@ def lost_after(seconds: float) -> str:
 
 
 def borne(among: dict[str, dm.Material]) -> None:
-    """Print what films bear for some times, with each of the breakdown strengths."""
+    """Print the allowable voltages of films for some times, with each of the breakdown strengths."""
     found = {name: dm.design(material, [films.THIN, films.THICK], HOLDS) for name, material in among.items()}
     growing = found[films.GROWING]
     rows = [
@@ -56,7 +56,7 @@ def borne(among: dict[str, dm.Material]) -> None:
         for i, hold in enumerate(HOLDS)
     ]
     heads = ["held", "50 um", "100 um", "limited by", "area strain then", "100 um, no breakdown", "100 um, constant"]
-    table("What films bear", heads, rows)
+    table("Allowable voltages", heads, rows)
     last = decision.crossover(among[films.GROWING], HOLDS[0], HOLDS[-2])
     print(f"with the growing strength, breakdown limits what is held for up to {time_in_words(last)}\n")
 
@@ -65,8 +65,8 @@ def margins(material: dm.Material) -> None:
     """Print the area strain in the end at some distances below the allowable voltage."""
     rows = []
     for hold in HOLDS[:-1]:
-        bears = decision.allowable(material, hold)
-        strains = [decision.strain(material, bears * (1.0 - margin), hold)[0] for margin in MARGINS]
+        limit = decision.allowable(material, hold)
+        strains = [decision.strain(material, limit * (1.0 - margin), hold)[0] for margin in MARGINS]
         rows.append([time_in_words(hold), *(per_cent(strain) for strain in strains)])
     heads = ["held", *(f"{100 * margin:g} % below" for margin in MARGINS)]
     table("Area strain in the end, below the allowable voltage", heads, rows)
@@ -77,13 +77,13 @@ def haste(material: dm.Material) -> None:
     ready = HOLDS[:5]
     fields = decision.needed([material], np.full(ready.shape, decision.STRAIN), ready)[0]
     rows = [
-        [time_in_words(time), volts(field, films.THICK), volts(bears, films.THICK), per_cent(bears / field - 1.0, 1),
+        [time_in_words(time), volts(field, films.THICK), volts(limit, films.THICK), per_cent(limit / field - 1.0, 1),
          lost_after(life)]
-        for time, field, bears, life in zip(
+        for time, field, limit, life in zip(
             ready, fields, decision.allowable(material, ready), decision.lifetime(material, fields), strict=True
         )
     ]  # fmt: skip
-    heads = ["reached within", "needs", "allowable for as long", "margin", "film lost after"]
+    heads = ["reached within", "needs", "allowable for as long", "margin", "fails after"]
     table(f"{per_cent(decision.STRAIN)} of area strain, 100 um", heads, rows)
 
 
@@ -127,7 +127,7 @@ def ramps(material: dm.Material) -> None:
 
 
 def errors(material: dm.Material, decided: float) -> None:
-    """Print what an error of each number does to what a film bears and to what it needs."""
+    """Print what an error of each number does to the allowable voltage and to the one needed."""
     rows, holds = [], np.array([10.0, 60.0, 600.0, 3600.0, 86400.0])
     as_known = decision.allowable(material, holds)
     need = decision.needed([material], decision.STRAIN, decision.READY)[0]
@@ -161,7 +161,7 @@ def windows(ds: xr.Dataset) -> None:
     table("Windows: reached within 10 min, held until 1 h", heads, rows)
     print(
         f"allowable for 1 h, 50 um: {volts(float(ds.allowable), films.THIN)}, at worst "
-        f"{volts(float(ds.allowable_at_least), films.THIN)}; for good {volts(ds.critical_field, films.THIN)}\n"
+        f"{volts(float(ds.allowable_at_least), films.THIN)}; indefinitely {volts(ds.critical_field, films.THIN)}\n"
     )
 
 
@@ -172,7 +172,7 @@ def decided(material: dm.Material, field: float) -> None:
     uncertain = decision.corners(material)
     spread = np.array([decision.strain(one, field, times) for one in uncertain])
     holds = np.array([decision.HOLD, np.inf])
-    (bears, for_good), (least, least_for_good) = (
+    (limit, for_good), (least, least_for_good) = (
         decision.allowable(material, holds),
         np.min([decision.allowable(one, holds) for one in uncertain], axis=0),
     )
@@ -180,17 +180,17 @@ def decided(material: dm.Material, field: float) -> None:
     strength = float(material.strength(np.array([stretch]))[0]) * material.critical_field
     fields = {
         "voltage": field,
-        "allowable for 1 h": bears,
+        "allowable for 1 h": limit,
         "allowable for 1 h, at worst": least,
-        "allowable for good": for_good,
-        "allowable for good, at worst": least_for_good,
+        "allowable indefinitely": for_good,
+        "allowable indefinitely, at worst": least_for_good,
     }
     rows = [[name, volts(value, films.THIN), volts(value, films.THICK)] for name, value in fields.items()]
     same = {
-        "margin": per_cent(bears / field - 1.0, 1),
+        "margin": per_cent(limit / field - 1.0, 1),
         "margin at worst": per_cent(least / field - 1.0, 1),
         "nominal field": f"{field / 1e6:.1f} MV/m",
-        "over the relaxed critical field": f"{field / material.critical_field:.3f}",
+        "normalised by the relaxed critical field": f"{field / material.critical_field:.3f}",
         "true field after 1 h": f"{field * stretch**2 / 1e6:.1f} MV/m",
         "breakdown strength there": f"{strength / 1e6:.1f} MV/m",
         **{

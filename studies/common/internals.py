@@ -6,7 +6,7 @@ is needed stands here and nowhere else; a study takes it as it is, and changes n
 
 from dea_maps.charts.fit import draw_fit
 from dea_maps.cli.specification import read_specification, thinned
-from dea_maps.general.film import Loads, live
+from dea_maps.general.film import Loads, integrated
 from dea_maps.general.free_energy import CRITICAL_FIELD, State, det_hessian, equations_of_state, hessian
 from dea_maps.general.integrate import TIME
 from dea_maps.kernels import lane_state, model, solvers
@@ -55,8 +55,8 @@ __all__ = [
     "hessian",
     "integrate_nodes",
     "integrate_pole_part",
+    "integrated",
     "lane_state",
-    "live",
     "make_attempt",
     "make_begin",
     "make_error",

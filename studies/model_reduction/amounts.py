@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from common.internals import CRITICAL_FIELD, TIME, Loads, State, equations_of_state, live
+from common.internals import CRITICAL_FIELD, TIME, Loads, State, equations_of_state, integrated
 from scipy.integrate import solve_ivp
 
 import dea_maps as dm
@@ -45,7 +45,7 @@ def program_of(scene: dict[str, float]) -> dm.Step | dm.Ramp | dm.RampHold:
 def full(scene: dict[str, float], rtol: float) -> Answer:
     """Solve with the general model: five states, det H = 0; without the data set of `dm.general_trajectory`."""
     none = dm.LoadHistory((0.0,), (0.0,))
-    end = live(Loads(none, none, _history(scene), (False, False)), RATIO - 1.0, rtol).end.tolist()
+    end = integrated(Loads(none, none, _history(scene), (False, False)), RATIO - 1.0, rtol).end.tolist()
     field = equations_of_state(State(*end[:TIME]), RATIO - 1.0)[2] / CRITICAL_FIELD
     return end[TIME], end[0], field
 

@@ -39,6 +39,7 @@ LIMITS = {
     "margin": ("-.", "bottleneck: the tolerance is the margin, 2 (field - 1)"),
     "explicit": ("-", "as many stable steps as the budget allows"),
 }
+FALLING_WORDS = {"event_missed": "survives, which is wrong", "step_collapsed": "unresolved"}
 DRIFT_COLOURS = {"rk4": "#e69f00", "dopri5": "#0072b2", "dop853": "#111111"}
 
 
@@ -128,6 +129,31 @@ def maps(data: xr.Dataset, limits: dict[tuple[str, str], list], title: str, path
         Line2D([], [], color="black", ls=LIMITS[kind][0], label=LIMITS[kind][1]) for kind in LIMITS if kind in shown
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+    _save(figure, path, 100)
+
+
+def falls(data: xr.Dataset, labels: list[str], path: Path) -> None:
+    """Draw the verdicts under a field that falls: a row a case, a column a scene, whose axes have these labels."""
+    cases, scenes = data.case.values, data.scene.values
+    size = (9.0, 1.6 * len(cases) + 1.1)
+    figure, axes = plt.subplots(len(cases), len(scenes), figsize=size, sharex="col", layout="constrained")
+    for (row, column), ax in np.ndenumerate(axes):
+        case, scene = cases[row], scenes[column]
+        height = "step" if case.startswith("rk4") else "tolerance"
+        kinds = data.verdict.sel(case=case, scene=scene).values
+        _paint(ax, data.place_value.sel(scene=scene).values, data[height].values, kinds)
+        ax.set_title(case, fontsize=8.5)
+        ax.tick_params(labelsize=7)
+        if column == 0:
+            ax.set_ylabel("step (tau)" if height == "step" else height, fontsize=8)
+        if row == len(cases) - 1:
+            ax.set_xlabel(labels[column], fontsize=8)
+    handles = []
+    for code in np.unique(data.verdict.values):
+        face, hatch, ink = LOOKS[WORDS[code]]
+        label = FALLING_WORDS.get(WORDS[code], WORDS[code])
+        handles.append(Patch(facecolor=face, hatch=2 * hatch, edgecolor=ink, lw=0, label=label))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     _save(figure, path, 100)
 
 

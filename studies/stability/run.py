@@ -2,8 +2,8 @@
 
     python studies/stability/run.py [--quick] [--output FOLDER]
 
-writes, in out/stability unless told where, fixed_step, adaptive, scipy and drift, each as .png and .nc, and prints how
-often each verdict fell.
+writes, in out/stability unless told where, fixed_step, adaptive, scipy, drift and falling, each as .png and .nc, and
+prints how often each verdict fell.
 """
 
 import sys
@@ -14,11 +14,12 @@ sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import charts
 import drift
+import falling
 import laws
 import limits
 import numpy as np
-import ours
-import theirs
+import package_maps
+import scipy_maps
 import xarray as xr
 from common.internals import TABLEAUS
 from common.machine import describe_machine
@@ -38,22 +39,22 @@ def main() -> None:
     steps, tolerances = np.geomspace(1e-5, 10.0, 5 if quick else 30), np.geomspace(1e-12, 1e-3, 4 if quick else 28)
     across, few, coarse = (6, 4, 3) if quick else (44, 23, 13)
     tableaus = dict(TABLEAUS)
-    theory = {scene.name: limits.lines(scene, scene.values(few), tableaus, ours.BUDGET) for scene in SCENES}
+    theory = {scene.name: limits.lines(scene, scene.values(few), tableaus, package_maps.BUDGET) for scene in SCENES}
 
-    cases = [case for case in ours.fixed_cases() if not quick or case.method == "rk4"]
-    fixed = atlas(cases, across, steps, lambda case: lambda *axes: ours.fixed_map(case, *axes))
+    cases = [case for case in package_maps.fixed_cases() if not quick or case.method == "rk4"]
+    fixed = atlas(cases, across, steps, lambda case: lambda *axes: package_maps.fixed_map(case, *axes))
     save(fixed, "fixed_step", options.output)
     charts.maps(fixed, fixed_limits(cases, theory), "step (tau, or s)", options.output / "fixed_step.png")
 
-    cases = [case for case in ours.adaptive_cases() if not quick or case.formulation in ("area", "stretch")]
-    adaptive = atlas(cases, across, tolerances, lambda case: lambda *axes: ours.adaptive_map(case, *axes))
+    cases = [case for case in package_maps.adaptive_cases() if not quick or case.formulation in ("area", "stretch")]
+    adaptive = atlas(cases, across, tolerances, lambda case: lambda *axes: package_maps.adaptive_map(case, *axes))
     save(adaptive, "adaptive", options.output)
     charts.maps(adaptive, adaptive_limits(cases, theory), "tolerance", options.output / "adaptive.png")
 
-    methods = theirs.METHODS[:: 4 if quick else 1]
-    cases = [ours.Case(method, "rate", ("step", "ramp")) for method in methods]
+    methods = scipy_maps.METHODS[:: 4 if quick else 1]
+    cases = [package_maps.Case(method, "rate", ("step", "ramp")) for method in methods]
     tolerances = np.geomspace(1e-12, 1e-3, 2 if quick else 10)
-    foreign = atlas(cases, coarse, tolerances, lambda case: lambda *axes: theirs.map_of(case.method, *axes))
+    foreign = atlas(cases, coarse, tolerances, lambda case: lambda *axes: scipy_maps.map_of(case.method, *axes))
     save(foreign, "scipy", options.output)
     charts.maps(foreign, adaptive_limits(cases, theory), "rtol = atol", options.output / "scipy.png")
 
@@ -61,7 +62,11 @@ def main() -> None:
     save(drifted, "drift", options.output)
     charts.drifts(drifted, options.output / "drift.png")
 
-    for data in (fixed, adaptive, foreign):
+    fallen = falling.measure(*(4, 3) if quick else (30, 19))
+    save(fallen, "falling", options.output)
+    charts.falls(fallen, [label for label, _, _ in falling.SCENES.values()], options.output / "falling.png")
+
+    for data in (fixed, adaptive, foreign, fallen):
         print_shares(data)
     laws.print_fold(fixed, theory)
     for data in (adaptive, foreign):
@@ -71,7 +76,7 @@ def main() -> None:
 
 
 def atlas(
-    cases: list[ours.Case], across: int, accuracies: NDArray, measure: Callable[[ours.Case], Measure]
+    cases: list[package_maps.Case], across: int, accuracies: NDArray, measure: Callable[[package_maps.Case], Measure]
 ) -> xr.Dataset:
     """Return ``verdict`` and ``error`` (case, scene, accuracy, place) of all cases."""
     places = np.array([scene.values(across) for scene in SCENES])
@@ -100,7 +105,7 @@ def atlas(
     )
 
 
-def fixed_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
+def fixed_limits(cases: list[package_maps.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
     """Lines over the maps of fixed steps."""
     lines = {}
     for case in cases:
@@ -109,12 +114,12 @@ def fixed_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[
             drawn = [("stable", known.value, form.stable.sel(solver=case.method)), ("spent", known.value, form.spent)]
             if case.formulation == "rate":
                 drawn.append(("fold", known.value, known.fold))
-                drawn.append(("life", known.value, form.spent * ours.BUDGET))
+                drawn.append(("life", known.value, form.spent * package_maps.BUDGET))
             lines[case.label, scene] = drawn
     return lines
 
 
-def adaptive_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
+def adaptive_limits(cases: list[package_maps.Case], theory: dict[str, xr.Dataset]) -> dict[tuple[str, str], list]:
     """Lines over the maps of tolerances.
 
     Where stability alone spends the budget, the bottleneck's margin, and on "rate" the tolerance at the fold that no
@@ -132,8 +137,8 @@ def adaptive_limits(cases: list[ours.Case], theory: dict[str, xr.Dataset]) -> di
             if case.formulation in ("rate", "fold") and scene == "rate" and case.method in explicit:
                 tableau, calls = explicit[case.method]
                 form = known.sel(formulation=case.formulation)
-                budget = theirs.BUDGET / calls if calls > 1 else ours.BUDGET
-                ratio = np.log(form.spent * ours.BUDGET / budget / form.stable.sel(solver=tableau)).values
+                budget = scipy_maps.BUDGET / calls if calls > 1 else package_maps.BUDGET
+                ratio = np.log(form.spent * package_maps.BUDGET / budget / form.stable.sel(solver=tableau)).values
                 if ratio.min() < 0.0 < ratio.max():
                     rate = np.exp(np.interp(0.0, -ratio, np.log(known.value)))
                     drawn.append(("explicit", np.array([rate, rate]), np.array([1e-13, 1.0])))

@@ -128,3 +128,34 @@ def costs(data: xr.Dataset, path: Path) -> None:
     ax.set_axisbelow(True)
     figure.legend(loc="outside lower center", ncols=2, fontsize=8, frameon=False)
     _save(figure, path)
+
+
+def general(data: xr.Dataset, path: Path) -> None:
+    """Draw worst and median delivered error over rtol against rtol, program by program."""
+    looks = dict(zip(data.case.values, (("#08306b", "o"), ("#d55e00", "s"), ("#7fb8dd", "^")), strict=True))
+    names = list(dict.fromkeys(data.program.values))
+    figure, axes = plt.subplots(2, 4, figsize=(9.0, 5.2), sharex=True, sharey=True, layout="constrained")
+    for ax in axes.flat[len(names) :]:
+        ax.set_visible(False)
+    for ax, name in zip(axes.flat, names, strict=False):
+        part = data.isel(film=data.program.values == name)
+        ax.axhline(1.0, color="black", lw=1.0)
+        for case, (colour, marker) in looks.items():
+            worst, median = measure.summary((part.error / part.rtol).sel(case=case).transpose("rtol", "film").values)
+            ax.plot(data.rtol, np.maximum(worst, 1e-7), color=colour, marker=marker, ms=4.5, lw=1.2)
+            ax.plot(
+                data.rtol, np.maximum(median, 1e-7), color=colour, marker=marker, mfc="white", ms=3.5, lw=0.9, ls="--"
+            )
+        silent, wrong = (part[key].sum(("rtol", "film")) for key in ("unresolved", "wrong_outcome"))
+        counts = ", ".join(f"{int(silent.sel(case=case))}/{int(wrong.sel(case=case))}" for case in looks)
+        ax.set_title(f"{name.replace('_', ' ')}\nno answer/wrong: {counts}", fontsize=7.5)
+        ax.set(xscale="log", yscale="log", ylim=(5e-8, 1e7))
+        ax.tick_params(labelsize=7, labelbottom=True)
+        ax.grid(color="0.85", lw=0.4)
+    figure.supxlabel("requested rtol", fontsize=9)
+    figure.supylabel("delivered error / rtol", fontsize=9)
+    handles = [Line2D([], [], color=colour, marker=marker, lw=1.2, ms=4.5) for colour, marker in looks.values()]
+    handles.append(Line2D([], [], color="0.3", marker="o", mfc="white", ms=3.5, lw=0.9, ls="--"))
+    labels = [f"{case}, worst" for case in looks] + ["median"]
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    _save(figure, path)

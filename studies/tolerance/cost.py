@@ -79,7 +79,11 @@ def by_method(tables: dict[str, dict[str, NDArray]]) -> list[tuple[str, str, str
             for entry in rivals:
                 for form in entry.formulations:
                     fold = form == "fold"
-                    if form == "rate" or (fold and where == "everywhere") or not serving(program, entry.name, form):
+                    if (
+                        form in ("rate", "time")
+                        or (fold and where == "everywhere")
+                        or not serving(program, entry.name, form)
+                    ):
                         continue
                     least = 1e-10 if fold else smallest_rtol(entry.name)
                     costs = [

@@ -2,8 +2,8 @@
 
     python studies/tolerance/run.py [--quick] [--output FOLDER]
 
-writes, in out/tolerance unless told where, tolerance, cost and random as .nc, tolerance.png, regimes.png and cost.png,
-and prints the tables of README.md.
+writes, in out/tolerance unless told where, tolerance, loading, cost and random as .nc, tolerance.png, regimes.png,
+loading.png and cost.png, and prints the tables of README.md.
 """
 
 import sys
@@ -13,6 +13,7 @@ sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import charts
 import cost
+import general
 import measure
 import numpy as np
 import scatter
@@ -43,6 +44,14 @@ def main() -> None:
     charts.by_regime(data, options.output / "regimes.png")
     print_methods(data)
     print_regimes(data)
+
+    found = general.measure([rtol for rtol in rtols if rtol > 0.9e-10], QUICK_STRIDE if options.quick else 1)
+    found.to_netcdf(
+        options.output / "loading.nc",
+        encoding={"error": {"zlib": True}},
+    )
+    charts.general(found, options.output / "loading.png")
+    print_general(found)
 
     costs = cost.by_regime(tables)
     costs.to_netcdf(options.output / "cost.nc")
@@ -97,6 +106,23 @@ def print_regimes(data: xr.Dataset) -> None:
     print(f"\nlargest {known.max():.2f}; above rtol in {np.count_nonzero(known > 1.0)},", end=" ")
     print(f"more than two decades below in {np.count_nonzero(known < 0.01)} of {known.size};", end=" ")
     print(f"smallest {known.min():.1e}\n")
+
+
+def print_general(data: xr.Dataset) -> None:
+    """Print the worst delivered error over rtol under every general program, as a Markdown table."""
+    print("General programs: worst delivered error / rtol (without an answer, with a wrong outcome)\n")
+    print("| method | program | films |", " | ".join(f"{rtol:.0e}" for rtol in data.rtol.values), "|")
+    print("|---|---|---|" + "---|" * data.sizes["rtol"])
+    for case in data.case.values:
+        for program in dict.fromkeys(data.program.values):
+            part = data.sel(case=case).isel(film=data.program.values == program)
+            worst, _ = measure.summary((part.error / part.rtol).transpose("rtol", "film").values)
+            silent, wrong = (part[name].sum("film").values for name in ("unresolved", "wrong_outcome"))
+            cells = [
+                f"{x:.1e} ({a}, {b})" if a or b else f"{x:.1e}" for x, a, b in zip(worst, silent, wrong, strict=True)
+            ]
+            print(f"| {case} | {program} | {part.sizes['film']} |", " | ".join(cells), "|")
+    print()
 
 
 def print_costs(costs: xr.Dataset, methods: list[tuple[str, str, str, list[float]]]) -> None:

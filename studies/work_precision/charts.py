@@ -103,12 +103,19 @@ def summary(data: xr.Dataset, path: Path) -> None:
         for number, accuracy in enumerate(measure.ACCURACIES):
             for place, name in enumerate(scenes):
                 _, mine = measure.fastest(data, name, groups["auto"], accuracy)
-                _, theirs = measure.fastest(data, name, groups[group], accuracy)
+                _, others = measure.fastest(data, name, groups[group], accuracy)
                 x = place + 0.2 * (number - 1.5)
-                if np.isfinite(mine / theirs):
-                    ax.bar(x, mine / theirs, 0.18, color=shades[number], edgecolor="black", lw=0.5)
+                if np.isfinite(mine / others):
+                    ax.bar(x, mine / others, 0.18, color=shades[number], edgecolor="black", lw=0.5)
                 else:
-                    ax.text(x, 1.15, "none" if np.isnan(theirs) else "auto: none", rotation=90, ha="center", fontsize=7)
+                    ax.text(
+                        x,
+                        1.15,
+                        "none" if np.isnan(others) else "auto: none",
+                        rotation=90,
+                        ha="center",
+                        fontsize=7,
+                    )
             ax.bar(np.nan, np.nan, color=shades[number], edgecolor="black", lw=0.5, label=f"error {accuracy:.0e}")
         if group == "others":
             for place, name in enumerate(scenes):

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from others import others
 from scenes import SCENES, SIZES, Scene
-from solvers import Go, Solver, ours
+from solvers import Go, Solver, of_package
 from truth import truth
 
 ACCURACIES = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -61,8 +61,8 @@ def _measure(solver: Solver, scene: Scene, accuracy: float, largest: int) -> tup
 
 
 def solvers(scene: Scene, quick: bool) -> Iterator[Solver]:
-    """Yield the solvers of a scene: ours, then, for the programs that others were given, theirs."""
-    yield from ours(scene.program, quick)
+    """Yield the solvers of a scene: those of dea_maps, then, for the programs that others serve, the others."""
+    yield from of_package(scene.program, quick)
     if scene.program != "ramp_hold":
         yield from others(scene.program, quick)
 

@@ -48,7 +48,7 @@ class Solver(NamedTuple):
     largest: int = 4096
 
 
-def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases, float], tuple[Go, Read]]:
+def _of_package(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases, float], tuple[Go, Read]]:
     def prepare(cases: Cases, accuracy: float) -> tuple[Go, Read]:
         picked = choose(PROGRAMS[program], method, form, 1e-6 if fixed else accuracy, accuracy if fixed else None)
         kernel = sweep_for(program, picked.formulation, picked.method)
@@ -66,16 +66,16 @@ def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases,
     return prepare
 
 
-def ours(program: str, quick: bool) -> list[Solver]:
+def of_package(program: str, quick: bool) -> list[Solver]:
     """Return "auto" and every method of `dea_maps` on every formulation that serves a program."""
-    found = [Solver("auto", "dea_maps", False, RTOLS, _ours(program, "auto", "auto", False))]
+    found = [Solver("auto", "dea_maps", False, RTOLS, _of_package(program, "auto", "auto", False))]
     for method in dm.methods():
         fixed = method.kind.endswith("fixed step")
         for form, served in method.serves.items():
             if program not in served or (quick and (method.name, form) != ("dopri5", "fold")):
                 continue
             accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if fixed else RTOLS
-            prepare = _ours(program, method.name, form, fixed)
+            prepare = _of_package(program, method.name, form, fixed)
             name, rate = f"{method.name}, {form}", form == "rate"
             found.append(Solver(name, "dea_maps", rate, accuracies, prepare, 256 if rate else 4096))
     return found

@@ -64,6 +64,33 @@ def design():
     )
 
 
+def few_times():
+    ds = design().isel(holding_time=slice(None, None, 5))
+    ds["limit"][1, 2] = 1
+    return ds
+
+
+def pulses():
+    return dm.sweep(
+        dm.PulseTrain(), field=np.linspace(0.9, 2.2, 14), period=1.0, duty=np.linspace(0.1, 0.9, 9), modulus_ratio=4.0
+    )
+
+
+def lifetimes():
+    survived = np.array([1.1744, 1.2799, 1.5283])
+    field = np.unique(np.outer(survived, 1.0 + np.geomspace(3e-4, 0.6, 15)))
+    return dm.sweep(dm.PulseTrain(), field=field, period=1.0, duty=[0.25, 0.5, 0.65], modulus_ratio=4.0)
+
+
+def loops(field, last):
+    times = np.concatenate([np.linspace(0.0, 3.0, 181), np.linspace(last, last + 1.0, 61)])
+    return dm.trajectory(dm.TriangleTrain(), time=times, field=field, period=1.0, modulus_ratio=4.0)
+
+
+def dead_loads():
+    return dm.sweep(dm.Step(), field=np.linspace(0.2, 1.6, 15), modulus_ratio=4.0, prestretch=np.linspace(1.0, 3.0, 11))
+
+
 def physical(ds):
     return dm.physical(ds, dm.VHB, 50e-6)
 
@@ -78,6 +105,14 @@ PICTURES = {
     "stretch_chart": lambda: charts.draw(step(), chart="stretch_chart"),
     "trajectories_si": lambda: charts.draw(physical(films())),
     "design_chart": lambda: charts.draw(design()),
+    "design_chart_few": lambda: charts.draw(few_times()),
+    "phase_diagram_pulses": lambda: charts.draw(physical(pulses())),
+    "phase_diagram_dead_loads": lambda: charts.draw(dead_loads()),
+    "two_values": lambda: charts.draw(step().isel(modulus_ratio=[4, 20], field=slice(None, None, 4))),
+    "cycles_chart": lambda: charts.draw(lifetimes(), chart="cycles_chart"),
+    "hysteresis_loops": lambda: charts.draw(physical(loops(1.4, 59.0)), chart="hysteresis_loops"),
+    "hysteresis_failure": lambda: charts.draw(loops(1.75, 3.0), chart="hysteresis_loops"),
+    "program_chart": lambda: charts.draw(physical(pulses()), chart="program_chart"),
 }
 
 

@@ -8,7 +8,8 @@ from matplotlib.contour import ContourSet
 
 import dea_maps as dm
 from dea_maps import charts
-from dea_maps.charts.boundaries import agrees, outcome_in_theory
+from dea_maps.charts.boundaries import boundary_of, limits_of
+from dea_maps.sweeps.dead_load import film_of, relaxed_threshold
 
 
 def physical(ds):
@@ -19,9 +20,10 @@ def test_volts_and_seconds(step):
     ax = charts.phase_diagram(physical(step))
     assert (ax.get_xlabel(), ax.figure.axes[1].get_ylabel()) == ("voltage (kV)", "time to failure (s)")
     assert {"100 s", "1000 s"} <= {text.get_text() for text in ax.texts}
-    assert ax.get_title(loc="left") == "step, VHB, 100 µm"
+    assert ax.get_title(loc="left").replace("\n", " ") == "step to a held voltage, VHB, 100 µm"
     plain = charts.phase_diagram(physical(step), units="tau")
-    assert (plain.get_xlabel(), plain.get_title(loc="left")) == ("field $E/E_c$", "step")
+    assert plain.get_xlabel() == "field $E/E_c$"
+    assert plain.get_title(loc="left").replace("\n", " ") == "step to a held field"
     thin = dm.physical(step, dm.VHB, 10e-6)
     assert charts.phase_diagram(thin).get_xlabel() == "voltage (V)"
 
@@ -42,8 +44,9 @@ def test_isochrones_go_through_their_times():
     ds = dm.sweep(dm.RampHold(), field=fields, rate=rates, modulus_ratio=6.0)
     logs = np.log10(ds.time_to_failure)
     lines = [artist for artist in charts.phase_diagram(ds).collections if isinstance(artist, ContourSet)]
-    assert [float(line.levels[0]) for line in lines] == [-1.0, 0.0, 1.0, 2.0, 3.0]
-    for line in lines[1:4]:
+    assert [float(line.levels[0]) for line in lines] == [0.0, 1.0, 2.0]  # others have no room for their words
+    assert [[text.get_text() for text in line.labelTexts] for line in lines] == [["1"], ["10"], ["100"]]
+    for line in lines:
         points = line.get_paths()[0].vertices
         middles = 0.5 * (points[1:] + points[:-1])
         field, rate = (xr.DataArray(column, dims="point") for column in middles.T)
@@ -51,23 +54,39 @@ def test_isochrones_go_through_their_times():
         assert (np.abs(found.dropna("point").values - line.levels[0]) < 0.1).all()
 
 
-def test_the_theory_says_what_sweeps_find():
-    fields = np.array([0.5, 1.0, np.nextafter(1.0, 2.0), 1.5, 2.0, 3.0])
-    for program in (dm.Step(), dm.RampHold()):
-        rate = {} if program.name == "step" else {"rate": 1.0}
-        ds = dm.sweep(program, field=fields, modulus_ratio=[1.0, 2.25, 4.0], **rate)
-        found = outcome_in_theory(program.name, fields[:, np.newaxis], ds.modulus_ratio.values)
-        np.testing.assert_array_equal(found, ds.outcome.transpose("field", "modulus_ratio"))
+@pytest.mark.parametrize("dead_load", [{}, {"prestretch": 1.5}, {"stress": 0.4}], ids=["none", "prestretch", "stress"])
+@pytest.mark.parametrize(
+    ("program", "parameter", "others"),
+    [
+        (dm.Step(), "field", {}),
+        (dm.RampHold(), "field", {"rate": 1.0}),
+        (dm.Pulse(), "width", {"field": 1.4}),
+        (dm.Overdrive(), "field", {"overdrive_field": 1.3, "overdrive_time": 1.0}),
+    ],
+    ids=lambda value: getattr(value, "name", ""),
+)
+def test_limits_are_where_sweeps_change(program, parameter, others, dead_load):
+    _, _, load = film_of(
+        {"modulus_ratio": np.ones(1), **{name: np.array([value]) for name, value in dead_load.items()}}
+    )
+    threshold = float(relaxed_threshold(load)[0])
+    others = {name: value * (threshold if "field" in name else 1.0) for name, value in others.items()}
+    film = {name: np.array([value]) for name, value in {**others, "modulus_ratio": 4.0, **dead_load}.items()}
+    survived, at_once, rtol = limits_of(program, parameter, film)
+    near = 1.0 + 2.0 * rtol * np.array([-1.0, 1.0])
+    sides = [survived * near] + ([at_once * near] if np.isfinite(at_once) else [])
+    outcomes = [dm.sweep(program, **{parameter: side}, modulus_ratio=4.0, **others, **dead_load) for side in sides]
+    assert [ds.outcome.values.tolist() for ds in outcomes] == [[0, 1], [1, 2]][: len(sides)]
+    assert np.isfinite(at_once) == (program == dm.Step())
 
 
 def test_a_map_that_the_theory_does_not_bound_is_drawn_cell_by_cell(step):
     other = step.copy(deep=True)
     other.outcome[2, 3] = 2
-    field = step.field.values[:, np.newaxis]
-    assert agrees("step", field, step.modulus_ratio.values, step.outcome.values)
-    assert not agrees("step", field, step.modulus_ratio.values, other.outcome.values)
+    assert boundary_of(step, ("field", "modulus_ratio")) is not None
+    assert boundary_of(other, ("field", "modulus_ratio")) is None
     assert not charts.phase_diagram(other).lines
-    assert not charts.phase_diagram(step.assign_attrs(program="pulse")).lines
+    assert not charts.phase_diagram(step.assign_attrs(program="pulse")).lines  # lacks its width
 
 
 def test_breakdown_has_a_region(step):
@@ -163,21 +182,21 @@ def test_times_over_decades_are_logarithmic():
 def test_design(designed):
     ax = charts.design_chart(designed)
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_xscale()) == ("holding time (s)", "allowable voltage (kV)", "log")
-    assert [text.get_text() for text in ax.texts] == ["VHB, 100 um", "VHB, 50 um", "another, 50 um"]
+    assert [text.get_text() for text in ax.texts] == ["VHB, 100 µm", "VHB, 50 µm", "another, 50 µm"]
     legend = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert legend == ["limited by instability", "by electrical breakdown", "none, 1 um: no answer"]
+    assert legend == ["limited by instability", "by electrical breakdown", "none, 1 µm: no answer"]
     drawn = [line for line in ax.lines if line.is_dashed() and np.isfinite(line.get_ydata()).any()]
     assert len(drawn) == 1
     assert np.isfinite(drawn[0].get_ydata()).sum() == 8
 
 
 def with_good(designed):
-    """Return a design with what its films bear for good, which comes first there."""
+    """Return a design with the indefinitely sustained voltages, which come first there."""
     good = designed.isel(holding_time=[-1]).assign_coords(holding_time=[np.inf])
     return xr.concat([good.assign(allowable_voltage=0.9 * good.allowable_voltage), designed], "holding_time")
 
 
-def test_what_films_bear_for_good_is_at_the_right_edge(designed):
+def test_what_is_sustained_indefinitely_is_at_the_right_edge(designed):
     ax = charts.design_chart(with_good(designed))
     assert ax.get_xlim() == (1.0, 1e9)
     marks = [line for line in ax.lines if line.get_marker() == ">"]
@@ -187,7 +206,7 @@ def test_what_films_bear_for_good_is_at_the_right_edge(designed):
     assert marks[0].get_transform() == ax.get_yaxis_transform()
     low, high = ax.get_ylim()
     assert low < levels.min() < levels.max() < high
-    assert "for good" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "indefinitely" in [text.get_text() for text in ax.get_legend().get_texts()]
     only = with_good(designed).isel(holding_time=[0, 0])
     with pytest.raises(ValueError, match="a design chart needs two finite holding times or more; got 0"):
         charts.design_chart(only)
@@ -197,14 +216,88 @@ def test_long_names_of_films_are_in_the_legend(designed):
     names = [f"VHB, strength 30.6 lambda^1.13, {H} um" for H in (100, 50, 25, 12)]
     ax = charts.design_chart(designed.assign_coords(film=names))
     assert not ax.texts
-    assert [text.get_text() for text in ax.get_legend().get_texts()][:3] == names[:3]
+    shown = [text.get_text() for text in ax.get_legend().get_texts()][:3]
+    assert shown == [name.replace("um", "µm") for name in names[:3]]
     assert ax.get_window_extent().width > 0.7 * ax.figure.bbox.width
     assert ax.get_window_extent().height > 0.4 * ax.figure.bbox.height
 
 
+def test_the_boundary_of_repeated_pulses_is_that_of_allowable(pulses):
+    survived, at_once = charts.phase_diagram(pulses).lines
+    duty = np.array([0.25, 0.6])
+    wanted = dm.allowable(dm.PulseTrain(), "field", period=1.0, duty=duty, modulus_ratio=4.0).allowable
+    found = np.interp(duty, survived.get_ydata(), survived.get_xdata())
+    np.testing.assert_allclose(found, wanted, rtol=5e-3)
+    np.testing.assert_allclose(at_once.get_xdata(), 2.0, rtol=1e-12)
+
+
+def test_a_boundary_may_be_that_of_the_parameter_upwards():
+    period, duty = np.geomspace(0.5, 5.0, 4), np.linspace(0.1, 0.9, 9)
+    ds = dm.sweep(dm.PulseTrain(), field=1.4, period=period, duty=duty, modulus_ratio=4.0)
+    ax = charts.phase_diagram(ds)
+    assert (ax.get_xscale(), ax.get_ylabel()) == ("log", "duty $d$")
+    wanted = dm.allowable(dm.PulseTrain(), "duty", field=1.4, period=period, modulus_ratio=4.0).allowable
+    found = np.interp(np.log(period), *np.log(ax.lines[0].get_data()))
+    np.testing.assert_allclose(np.exp(found), wanted, rtol=5e-3)
+
+
+def test_few_values_are_curves_of_points(pulses):
+    few = pulses.isel(duty=[0, 2], field=slice(None, None, 2))
+    (ax,) = charts.draw(few).axes
+    assert ax.get_xlabel() == "field $E/E_c$"
+    curves = [line for line in ax.lines if line.get_marker() in "os"]
+    assert [curve.get_label() for curve in curves] == ["0.2", "0.5"]
+    assert {curve.get_linestyle() for curve in curves} == {"--"}  # as Matplotlib calls a pattern of dots
+    assert curves[0].get_markevery() is None
+    assert len(charts.draw(few, chart="phase_diagram").axes) == 2  # if the user asks for it
+
+
+def test_cycles_to_failure(pulses):
+    ax = charts.cycles_chart(pulses)
+    assert (ax.get_xscale(), ax.get_yscale(), ax.get_ylabel()) == ("log", "log", "field $E/E_c$")
+    curves = {line.get_label(): line for line in ax.lines if line.get_label()[0] != "_"}
+    cycles = pulses.cycles_to_failure.sel(duty=0.5)
+    np.testing.assert_array_equal(curves["0.5"].get_xdata(), cycles.where(cycles >= 1.0).dropna("field"))
+    levels = [line.get_ydata()[0] for line in ax.lines if line.get_linestyle() == "--" and len(line.get_xdata()) == 2]
+    wanted = dm.allowable(dm.PulseTrain(), "field", period=1.0, duty=pulses.duty, modulus_ratio=4.0).allowable
+    np.testing.assert_allclose(levels[-4:], wanted, rtol=3e-3)
+
+
+def test_loops_end_in_the_limit_cycle(cycled):
+    ax = charts.hysteresis_loops(physical(cycled), cycles=2)
+    first, second, last = ax.lines
+    assert [line.get_label() for line in ax.lines] == ["cycle 1", "cycle 2", "limit cycle"]
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("voltage (kV)", r"stretch $\lambda$")
+    assert len(first.get_xdata()) == len(second.get_xdata()) == len(last.get_xdata()) == 41
+    np.testing.assert_allclose(last.get_ydata().max(), cycled.steady_stretch_max, rtol=1e-4)
+    assert (first.get_xdata()[-1], first.get_ydata()[-1]) == (second.get_xdata()[0], second.get_ydata()[0])
+    early = charts.hysteresis_loops(cycled.sel(time=slice(0.0, 3.0)), cycles=2)
+    assert early.lines[-1].get_label() == "cycle 3"
+
+
+def test_loops_end_in_their_failure():
+    ds = dm.trajectory(dm.TriangleTrain(), time=np.linspace(0, 4, 161), field=1.75, period=1.0, modulus_ratio=4.0)
+    ax = charts.hysteresis_loops(ds)
+    (cross,) = [line for line in ax.lines if line.get_marker() == "x"]
+    assert (cross.get_xdata()[0], cross.get_ydata()[0]) == (ds.critical_field, ds.critical_stretch)
+    assert ax.lines[-2].get_xdata()[-1] == ds.critical_field
+
+
+def test_the_program_is_drawn_at_the_middle(pulses):
+    ax = charts.program_chart(physical(pulses))
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("time (s)", "voltage (kV)")
+    time, voltage = ax.lines[0].get_data()
+    assert voltage.max() == pytest.approx(1.5 * dm.VHB.critical_field * 100e-6 / 1e3)
+    within = (time > 0.0) & (time < dm.VHB.relaxation_time)
+    assert np.mean(voltage[within] > 0.0) == pytest.approx(0.5, abs=0.01)
+    (picture,) = charts.phase_diagram(pulses).child_axes
+    assert picture.lines[0].get_ydata().max() == 1.5
+
+
 @pytest.mark.parametrize("chart", charts.CHARTS)
-def test_the_user_chooses(chart, step, films, designed, tmp_path):
-    ds = {"trajectories": films, "design_chart": designed}.get(chart, step)
+def test_the_user_chooses(chart, step, films, designed, pulses, cycled, tmp_path):
+    known = {"trajectories": films, "design_chart": designed, "cycles_chart": pulses, "hysteresis_loops": cycled}
+    ds = known.get(chart, step)
     charts.plot(ds, tmp_path / "chart.png", chart=chart)
     assert (tmp_path / "chart.png").stat().st_size > 5000
 
@@ -233,6 +326,9 @@ def test_axes_are_saved_as_their_figure(step, tmp_path):
         (lambda ds: charts.stretch_chart(ds.drop_vars("final_stretch")), ValueError, "needs the"),
         (charts.trajectories, ValueError, "a chart of trajectories needs the variable time"),
         (charts.design_chart, ValueError, "a design chart needs the variable allowable_voltage"),
+        (charts.cycles_chart, ValueError, "a chart of cycles to failure needs the variable cycles_to_failure"),
+        (charts.hysteresis_loops, ValueError, "a chart of hysteresis loops needs the variable time"),
+        (lambda ds: charts.program_chart(ds.drop_vars("field")), ValueError, "needs the parameter field"),
     ],
 )
 def test_what_cannot_be_is_refused(call, kind, message, step):

@@ -20,7 +20,10 @@ KINDS = {
     "failure_curves": ("step", charts.failure_curves),
     "critical_field": ("ramp", lambda ds, ax=None, **_: charts.failure_curves(ds, ax, variable="critical_field", **_)),
     "stretch_chart": ("step", charts.stretch_chart),
+    "cycles_chart": ("pulses", charts.cycles_chart),
     "trajectories": ("films", charts.trajectories),
+    "hysteresis_loops": ("cycled", charts.hysteresis_loops),
+    "program_chart": ("pulses", charts.program_chart),
     "design_chart": ("designed", charts.design_chart),
 }
 

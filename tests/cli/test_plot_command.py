@@ -52,7 +52,7 @@ def test_a_design_for_good_alone_is_a_table_and_no_chart(folder, capsys):
     (folder / "spec.toml").write_text('[material]\npreset = "VHB"\nthickness = 50e-6\n[design]\nholding_time = inf')
     assert main(["design", "spec.toml"]) == 0
     table = capsys.readouterr().out
-    assert "for good" in table
+    assert "indefinitely" in table
     assert main(["design", "spec.toml", "-o", "chart.png"]) == 2
     words = "a design chart needs two finite holding times or more; got 0"
     assert capsys.readouterr() == (table, f"dea-maps: error: {words}\n")

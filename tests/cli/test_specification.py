@@ -192,7 +192,10 @@ def test_a_film_in_ratios(read):
     [
         ("thickness = 100e-6", "", r"\[material\] must have the key 'thickness'; it is missing"),
         ("thickness = 100e-6", "thickness = 0", "material.thickness must be above 0, in m; got 0"),
-        ("thickness = 100e-6", "thickness = [1e-4]", r"material.thickness must be a finite number; got \[0.0001\]"),
+        ("thickness = 100e-6", "thickness = ['thin']", r"material.thickness\[0\] must be a finite number; got 'thin'"),
+        ("thickness = 100e-6", "thickness = [1e-4, 0.0]", "material.thickness must be above 0, in m; got 0.0"),
+        ("thickness = 100e-6", "thickness = []", "material.thickness must have at least one value; got none"),
+        ("thickness = 100e-6", "thickness = [1e-4, 2e-4]", r"spec.toml: \[material\] must be of one film; got 2 films"),
         ('"VHB"', '"VBH"', "material.preset must be one of VHB; got 'VBH', to which 'VHB' is nearest"),
         ("preset", "presett", "may have the keys .*; got 'presett', to which 'preset' is nearest"),
         ('preset = "VHB"', "relaxed_modulus = 1e4", r"\[material\] must have the key 'unrelaxed_modulus'"),

@@ -144,7 +144,7 @@ def test_terminated_as_by_hand(folder, capsys):
     kept = len(list(parts.glob("*.npz")))
     assert process.returncode == 143
     assert err.startswith(f"dea-maps: error: terminated; {kept} of 13 parts are kept in ")
-    assert err.endswith("to go on: dea-maps sweep spec.toml -o new.nc\n")
+    assert err.endswith("to resume: dea-maps sweep spec.toml -o new.nc\n")
     assert err.count("\n") == 1
 
 

@@ -10,7 +10,9 @@ from pathlib import Path
 import matplotlib
 import pytest
 
+from dea_maps import programs
 from dea_maps.cli.main import main
+from dea_maps.programs import PROGRAMS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -32,10 +34,13 @@ def pages_with(language):
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Return an empty folder as the current one, where no window opens."""
+    """Return an empty folder as the current one, where no window opens and programs that are defined are forgotten."""
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
-    return tmp_path
+    known = set(PROGRAMS)
+    yield tmp_path
+    for name in set(PROGRAMS) - known:
+        del programs._DEFINED[name]
 
 
 @pages_with("pycon")
@@ -116,3 +121,16 @@ def test_site_is_built_without_a_warning(tmp_path):
     assert len(pages) >= len(PAGES)
     outside = [link for page in pages for link in re.findall(r"""(?:src|href)="(https?://[^"]+)""", page)]
     assert not [link for link in outside if link.endswith((".js", ".css"))]
+
+
+def test_answers_are_those_of_the_command_line(folder, capsys):
+    """Every question of the page gets the answer that stands below it, whatever the line breaks."""
+    page = DOCS / "guide" / "ask.md"
+    text = page.read_text(encoding="utf-8")
+    (film,) = re.findall(r"^```\{code-block\} toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    Path("film.toml").write_text(film, encoding="utf-8")
+    asked = [block.split("\n", 1) for block in blocks(page, "console") if block.startswith("$ dea-maps ask")]
+    assert len(asked) == 10
+    for command, expected in asked:
+        assert main(shlex.split(command)[2:]) == 0, command
+        assert capsys.readouterr().out.split() == expected.split(), command

@@ -43,7 +43,7 @@ def test_the_same_bits_as_threads(cluster, tmp_path):
     assert os.listdir(tmp_path) == ["map.nc"]
 
 
-def test_a_worker_that_dies_is_replaced(cluster, tmp_path, monkeypatch):
+def test_a_worker_that_ends_unexpectedly_is_replaced(cluster, tmp_path, monkeypatch):
     path, pids = tmp_path / "map.nc", []
     real = engines.Dask.submit
 
@@ -187,7 +187,7 @@ with LocalCluster(n_workers=1, processes=False, protocol="tcp", host="127.0.0.1"
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGSTOP])
-def test_a_scheduler_that_dies(end, tmp_path, monkeypatch):
+def test_a_scheduler_that_ends_unexpectedly(end, tmp_path, monkeypatch):
     monkeypatch.setattr(engines, "ANSWER", 2.0)
     monkeypatch.setattr(engines, "TRANSFER", 2.0)
     command = [sys.executable, "-c", CLUSTER]

@@ -7,13 +7,15 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import chdir, suppress
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import dea_maps as dm
+from dea_maps.cli.main import main
+from dea_maps.files import stream
 
 SPEC = """
 [program]
@@ -77,10 +79,18 @@ def started(folder, *options, pause=0.0, **how):
     return process
 
 
-def finish(folder, *options):
-    process = started(folder, *options)
-    out, err = process.communicate(timeout=120)
-    return process.returncode, out, err
+@pytest.fixture
+def finish(folder, monkeypatch, capsys):
+    """Return a function that runs the sweep here, on the same small parts, and returns its status and errors."""
+    monkeypatch.setattr(stream, "PART_CELLS", 30)
+    monkeypatch.setattr(stream, "CHUNK_CELLS", 30)
+
+    def run(where=folder):
+        with chdir(where):  # and out of it again: nobody may be where a file system is taken away
+            status = main(["sweep", "spec.toml", "-o", "map.nc"])
+        return status, capsys.readouterr().err
+
+    return run
 
 
 def kept(folder):
@@ -130,7 +140,7 @@ def test_killed_at_any_moment(folder, forked, whole):
     assert interrupted >= 10
 
 
-def test_interrupted_by_hand(folder, whole):
+def test_interrupted_by_hand(folder, finish, whole):
     process = started(folder, pause=0.05)
     while kept(folder) < 3:
         time.sleep(0.01)
@@ -139,9 +149,9 @@ def test_interrupted_by_hand(folder, whole):
     assert process.returncode == 130
     assert err.startswith("dea-maps: error: interrupted; ")
     assert f"{kept(folder)} of {PARTS} parts are kept in " in err
-    assert err.endswith("to go on: dea-maps sweep spec.toml -o map.nc\n")
+    assert err.endswith("to resume: dea-maps sweep spec.toml -o map.nc\n")
     assert 3 <= kept(folder) < PARTS
-    assert finish(folder)[0] == 0
+    assert finish()[0] == 0
     assert_complete(folder, whole)
 
 
@@ -149,9 +159,9 @@ def limited(size):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-def test_files_may_not_grow(folder, whole):
+def test_files_may_not_grow(folder, finish, whole):
     """A limit on the size of a file meets the map first: its parts are smaller."""
-    assert finish(folder)[0] == 0
+    assert finish()[0] == 0
     size = (folder / "map.nc").stat().st_size
     (folder / "map.nc").unlink()
     process = started(folder, preexec_fn=limited(int(0.8 * size)))
@@ -161,11 +171,11 @@ def test_files_may_not_grow(folder, whole):
     assert err.count("\n") == 1
     assert kept(folder) > 0
     assert not (folder / "map.nc").exists()
-    assert finish(folder)[0] == 0
+    assert finish()[0] == 0
     assert_complete(folder, whole)
 
 
-def test_a_full_disk(folder, whole):
+def test_a_full_disk(folder, finish, whole):
     small = folder / "small"
     small.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(small)]
@@ -187,8 +197,8 @@ def test_a_full_disk(folder, whole):
         subprocess.run(["umount", str(small)], check=True)
 
 
-def test_a_folder_that_cannot_be_written(folder):
+def test_a_folder_that_cannot_be_written(folder, finish):
     (folder / "map.nc").mkdir()
-    status, _, err = finish(folder)
+    status, err = finish()
     assert status == 2
     assert err == "dea-maps: error: cannot write map.nc: it is a folder\n"

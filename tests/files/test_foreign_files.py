@@ -45,8 +45,14 @@ def without(name):
 
 
 CHANGES = {
-    "a rate of zero": (lambda ds: ds.assign_coords(rate=ds.rate * 0.0), "rate must be finite and above 0; got 0.0"),
-    "no flag": (lambda ds: ds.assign(outcome=ds.outcome + np.int8(7)), "an outcome is none of the flags"),
+    "a rate of zero": (
+        lambda ds: ds.assign_coords(rate=ds.rate.copy(data=[0.0, 0.0])),
+        "rate must be finite and above 0; got 0.0",
+    ),
+    "no flag": (
+        lambda ds: ds.assign(outcome=ds.outcome.copy(data=ds.outcome.values + np.int8(7))),
+        "an outcome is none of the flags",
+    ),
     "no program": (without("program"), "it lacks 'program'"),
     "no accuracy": (without("rtol"), "it does not say how accurate it is"),
     "a program of numbers": (lambda ds: ds.assign_attrs(program=[1.0, 2.0]), "its attribute program must be a string"),

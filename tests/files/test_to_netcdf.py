@@ -12,6 +12,7 @@ import xarray as xr
 import dea_maps as dm
 from dea_maps.files import engines, stream
 from dea_maps.files.to_netcdf import planned_file
+from dea_maps.runs.request import Request
 
 CUBE = {"field": np.linspace(0.8, 2.2, 13), "rate": np.geomspace(1e-3, 1e3, 11), "modulus_ratio": np.linspace(2, 6, 7)}
 GRIDS = {
@@ -221,7 +222,7 @@ def test_memory_bounds_the_parts(path):
     sizes = {}
     for memory in (None, "16MiB", 2**24, "20 MB", "1.5GiB"):
         stream.PART_CELLS = 10**9
-        plan = planned_file(path, dm.RampHold(), **{**CUBE, "field": np.linspace(1, 2, 10**5)}, memory=memory)
+        plan = planned_file(path, Request(dm.RampHold(), {**CUBE, "field": np.linspace(1, 2, 10**5)}), memory=memory)
         sizes[memory] = max(plan.cells(0), plan.cells(1)) * 41
     assert sizes["16MiB"] == sizes[2**24] <= 2**24 / 8
     assert sizes["16MiB"] < sizes["20 MB"] < sizes[None] <= 2**30 / 8

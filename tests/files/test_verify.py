@@ -109,7 +109,7 @@ def test_attributes_that_no_file_gives_back_are_refused(name, place, path, monke
     field = xr.DataArray(
         [0.9, 1.2], dims="field", coords={"label": label}, attrs=attrs if place == "field" else {"note": "kept"}
     )
-    monkeypatch.setattr("dea_maps.sweeps.run.solve", None)
+    monkeypatch.setattr("dea_maps.runs.maps.solve", None)
     for call in (dm.sweep, lambda *args, **given: dm.sweep_to_netcdf(path, *args, **given)):
         with pytest.raises(ValueError, match=f"^{place} has the attribute '{name}' = .*: leave it out$") as caught:
             call(dm.Step(), field=field, modulus_ratio=4.0)

@@ -254,7 +254,7 @@ def test_data_set_describes_itself_and_is_stored(tmp_path):
     ],
 )
 def test_bad_input_is_refused_before_computing(changes, error, words, monkeypatch):
-    monkeypatch.setattr("dea_maps.general.run.live", lambda *args: pytest.fail("computed"))
+    monkeypatch.setattr("dea_maps.general.run.integrated", lambda *args: pytest.fail("computed"))
     with pytest.raises(error, match=words):
         dm.general_trajectory(**{"time": 1.0, "modulus_ratio": 4.0, **changes})
 

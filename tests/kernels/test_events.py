@@ -165,7 +165,7 @@ def test_failure_on_the_way_up_is_the_last_event():
 
 
 @pytest.mark.parametrize(("program", "cell"), [("step", (1.2, 0.0)), ("ramp", (0.0, 1.0)), ("ramp_hold", (1.2, 0.7))])
-def test_spent_budget_is_no_verdict(program, cell):
+def test_a_spent_budget_is_reported(program, cell):
     """Every budget gives the result or none, from none at all to more than enough."""
     status, enough = run(program, "fold", "dopri5", (*cell, 4.0), 1e-5)
     assert status == lane_state.FAILED

@@ -253,7 +253,7 @@ def test_jump_to_more_than_the_film_carries():
 
 
 @pytest.mark.parametrize("width", [0.1, 0.5, 0.9])
-def test_pulse_fails_exactly_if_it_outlasts_the_time_of_the_step(width):
+def test_pulse_fails_exactly_if_it_is_longer_than_the_time_to_failure_of_the_step(width):
     step = dm.sweep(dm.Step(), field=np.linspace(1.05, 1.95, 19), modulus_ratio=4.0, rtol=1e-10)
     pieces = [hold(FIELD, width), hold(0.0, 0.0)]
     status, result = sweep(pieces, m=4.0, field=step.field.values, rtol=1e-9)
@@ -549,7 +549,7 @@ def trajectory(pieces, times, *, m, repeats=1, xi=1.0, sigma=0.0, rtol=1e-8, onc
     stretch, internal = np.empty((2, 1, len(times)))
     kernel = build.trajectory(any(piece[0] == SINE for piece in pieces), sigma > 0)
     films = (np.array([x], float) for x in (m, xi, sigma))
-    kernel(*table, repeats, once, *films, rtol, np.asarray(times, float), stretch, internal)
+    kernel(*table, repeats, once, *films, rtol, np.array([times], float), np.array([len(times)]), stretch, internal)
     return stretch[0], internal[0]
 
 

@@ -27,7 +27,7 @@ def _digits():
 
 
 def paper_load(stretch, xi, p):
-    """Equation (23), over the relaxed modulus."""
+    """Equation (23), normalised by the relaxed modulus."""
     return stretch**-2 - stretch**-8 + p * (stretch**-2 * xi**-2 - stretch**-8 * xi**4)
 
 

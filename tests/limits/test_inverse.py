@@ -5,7 +5,9 @@ import pytest
 import xarray as xr
 
 import dea_maps as dm
-from dea_maps.limits.answers import REASONS
+from dea_maps.outcomes import Reason, words_of
+
+REASONS = words_of(Reason)
 
 RATIOS = np.array([1.0 + 1e-6, 1.5, 4.0, 100.0, 900.0])
 
@@ -17,7 +19,7 @@ def cells(ds, name):
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
-def test_a_film_lives_as_long_as_its_allowable_field_says(rtol):
+def test_the_time_to_failure_under_the_allowable_field_is_the_lifetime(rtol):
     lifetimes = np.geomspace(1e-4, 1e6, 11)
     answer = dm.allowable_field(lifetimes, RATIOS, rtol=rtol)
     assert (answer.reason == 0).all()

@@ -31,7 +31,11 @@ def test_a_map_gets_volts_and_seconds_and_loses_nothing(tmp_path):
         "seconds_to_failure": "s",
         "critical_voltage": "V",
         "critical_true_field": "V m-1",
+        "critical_area_strain": "1",
+        "final_area_strain": "1",
     }
+    for name in ("critical", "final"):
+        np.testing.assert_allclose(film[f"{name}_area_strain"], ds[f"{name}_stretch"] ** 2 - 1, rtol=1e-12)
     assert {"voltage", "voltage_rate"} <= set(film.coords)
     assert set(ds.attrs.items()) <= set(film.attrs.items())
     for name in ds.variables:

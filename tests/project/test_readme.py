@@ -11,7 +11,7 @@ import pytest
 
 import dea_maps as dm
 from dea_maps.cli.main import main
-from dea_maps.nomenclature import OUTCOMES
+from dea_maps.outcomes import Outcome, words_of
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -102,7 +102,7 @@ def test_variables_are_those_of_a_data_set():
     table = rows("The data set")
     assert [row[:2] for row in table] == [[name, str(ds[name].dtype)] for name in dm.RampHold().results]
     assert list(ds.data_vars) == list(dm.RampHold().results)
-    assert table[0][2] == ", ".join(f"{value} {word}" for value, word in enumerate(OUTCOMES))
+    assert table[0][2] == ", ".join(f"{value} {word}" for value, word in enumerate(words_of(Outcome)))
 
 
 def test_methods_are_those_on_offer():

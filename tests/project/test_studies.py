@@ -23,7 +23,7 @@ sys.path.append(str(STUDIES))
 from common.options import study_parser  # noqa: E402 -- found once the line above is read
 
 SCRIPTS = sorted(STUDIES.rglob("*.py"))
-DOOR = STUDIES / "common" / "internals.py"
+INTERNALS = STUDIES / "common" / "internals.py"
 RUNS = sorted(STUDIES.glob("*/run.py"))
 PAGES = sorted(STUDIES.glob("*/README.md"))
 FIGURE = re.compile(r"!\[[^\]]*\]\(([^)]+)\)")
@@ -61,11 +61,11 @@ def test_study_runs_small_and_changes_nothing_that_is_tracked(study, copied, tmp
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.relative_to(STUDIES).as_posix())
-def test_what_is_not_public_comes_through_one_door(path):
+def test_what_is_not_public_comes_through_one_module(path):
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     modules = {node.module for node in nodes if isinstance(node, ast.ImportFrom)}
     modules |= {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
-    assert not any(str(name).startswith("dea_maps.") for name in modules) or path == DOOR
+    assert not any(str(name).startswith("dea_maps.") for name in modules) or path == INTERNALS
 
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in (STUDIES / "common").glob("*.py")))
@@ -107,7 +107,7 @@ def test_auto_picks_by_the_rule_that_follows_from_the_studies(rtol):
         assert (choice.method, choice.formulation) == pick
 
 
-def test_page_on_actuators_says_what_its_films_bear():
+def test_page_on_actuators_gives_the_allowable_voltages():
     page = (STUDIES / "actuator" / "README.md").read_text(encoding="utf-8")
     (table,) = re.findall(r"^\| held \| 50 um .*\n\|[-|]*\n((?:\|.*\n)+)", page, re.MULTILINE)
     said = [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]

@@ -92,7 +92,7 @@ def results_of(state: State) -> Results:
 
 
 def rest_b(field: Fraction) -> mpf:
-    """Return the stretch at rest by bisection of ``lambda**-2 - lambda**-8 = e``, at twice the precision."""
+    """Return the steady stretch by bisection of ``lambda**-2 - lambda**-8 = e``, at twice the precision."""
     if field == 1:
         return mp.cbrt(2)
     with mp.workdps(2 * mp.dps):
@@ -141,7 +141,7 @@ def agreement(a: Results, b: Results) -> float:
 
 
 def rest_condition(field: Fraction) -> mpf:
-    """Return the conditioning of the stretch at rest; at field 1 it has no derivative: over half an ulp."""
+    """Return the conditioning of the steady stretch; at field 1 it has no derivative: over half an ulp."""
     nudge = HALF_ULP if field == 1 else NUDGE
     changed = stretch_at_rest(field * (1 - nudge))
     return abs(1 - changed / stretch_at_rest(field)) / real(nudge)

@@ -156,7 +156,7 @@ MULTI_INDEX = along("a", "b").stack(sample=("a", "b"))
         ({"field": [1, -0.5]}, ValueError, "field must be finite and at least 0; got -0.5"),
         ({"field": float("nan")}, ValueError, "field must be finite and at least 0; got nan"),
         ({"field": along("a") * np.inf}, ValueError, "field must be finite and at least 0; got inf"),
-        ({"field": np.ma.array([1, 2], mask=[0, 1])}, ValueError, "field must have a value at every place"),
+        ({"field": np.ma.array([1, 2], mask=[0, 1])}, ValueError, "field must have no masked values"),
         ({"field": np.ones((2, 2))}, ValueError, r"field must be a number or a 1-D array; .* \(2, 2\)"),
         ({"field": True}, TypeError, "field must be a real number.*got True of type bool"),
         ({"field": [1.0, True]}, TypeError, r"field must be a real number.*got \[1.0, True\] with a bool"),

@@ -89,7 +89,7 @@ def test_a_formulation_alone_finds_a_method_that_serves_it():
     ],
 )
 def test_refusals_name_the_parameter_the_value_and_what_is_allowed(change, error, words, monkeypatch):
-    monkeypatch.setattr("dea_maps.sweeps.run.solve", lambda *args, **kwargs: pytest.fail("computed"))
+    monkeypatch.setattr("dea_maps.runs.maps.solve", lambda *args, **kwargs: pytest.fail("computed"))
     with pytest.raises(error) as refusal:
         dm.sweep(dm.Step(), field=1.2, modulus_ratio=4.0, **change)
     message = str(refusal.value)

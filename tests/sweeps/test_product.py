@@ -8,9 +8,9 @@ import xarray as xr
 import dea_maps as dm
 from dea_maps.files import stream
 from dea_maps.files.to_netcdf import planned_file
+from dea_maps.runs.request import Request
 from dea_maps.sweeps import solve
 from dea_maps.sweeps.product import Product
-from dea_maps.sweeps.run import planned
 
 AXES = {
     "field": np.concatenate([np.linspace(0.8, 2.4, 21), [1.0, 1.0 + 1e-9]]),
@@ -27,7 +27,7 @@ def scattered(axes):
 
 
 def choice_of(program=None, **given):
-    return planned(dm.RampHold() if program is None else program, **given)[1]
+    return Request(dm.RampHold() if program is None else program, given).planned().choice
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_a_file_whose_parts_are_grids_of_their_own_holds_the_same_bits(whole, ce
 @pytest.mark.parametrize(("memory", "divided"), [(2**24, True), (2**30, False)])
 def test_parts_are_grids_of_their_own_where_memory_is_short(memory, divided, tmp_path):
     axes = {"field": AXES["field"], "rate": np.geomspace(1e-3, 1e3, 200), "modulus_ratio": np.linspace(1.5, 10.0, 400)}
-    plan = planned_file(tmp_path / "map.nc", dm.RampHold(), **axes, memory=memory)
+    plan = planned_file(tmp_path / "map.nc", Request(dm.RampHold(), axes), memory=memory)
     assert plan.divided == divided
     product = plan.task(3).product
     assert (product.axes[0].size == AXES["field"].size) == (not divided)

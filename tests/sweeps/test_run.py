@@ -8,7 +8,7 @@ import xarray as xr
 
 import dea_maps as dm
 from dea_maps.files import engines
-from dea_maps.sweeps import run as sweeping
+from dea_maps.runs import maps as sweeping
 
 STEP = {"field": [0.9, 1.2, 1.5, 2.5], "modulus_ratio": 4.0}
 

@@ -107,7 +107,7 @@ def test_a_survivor_tends_to_its_final_stretch():
     ],
 )
 def test_bad_times_are_refused(time, error, words, monkeypatch):
-    monkeypatch.setattr("dea_maps.sweeps.trajectories.sweep", lambda *args, **kwargs: pytest.fail("computed"))
+    monkeypatch.setattr("dea_maps.runs.trajectories.computed", lambda *args, **kwargs: pytest.fail("computed"))
     with pytest.raises(error, match=words):
         dm.trajectory(dm.Step(), time=time, field=1.2, modulus_ratio=4.0)
 
@@ -139,7 +139,7 @@ def time_to_reach(stretch, field, m):
 
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 @pytest.mark.parametrize(("field", "m"), [(1.2, 4.0), (1 + 1e-4, 10.0), (1 + 1e-8, 4.0), (1 + 1e-10, 100.0)])
-def test_a_film_lingers_as_long_as_it_does(field, m, rtol):
+def test_slow_motion_near_the_instability_is_resolved(field, m, rtol):
     """In the bottleneck just above the critical field, and on the way out of it."""
     stretches = [1.2, 1.26, 1.3, 1.5]
     times = [time_to_reach(stretch, field, m) for stretch in stretches]

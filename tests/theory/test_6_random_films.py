@@ -153,7 +153,7 @@ def test_any_legal_input_has_its_outcome(program, scattered, rtol):
 @settings(max_examples=EXAMPLES, deadline=None)
 @given(scattered=cells(False), rtol=any_rtol)
 @example(scattered=[(4.0, 1 + 1e-12, 1e-6), (1000.0, math.sqrt(1000.0) * (1 - 1e-12), 1e5)], rtol=1e-12)
-def test_no_cell_of_the_promised_region_is_unresolved(program, scattered, rtol):
+def test_no_cell_of_the_guaranteed_region_is_unresolved(program, scattered, rtol):
     for cell, found in zip(scattered, solved(program, scattered, rtol), strict=True):
         assert found["outcome"] != UNRESOLVED, cell
         check(program, cell, found, rtol)
@@ -240,7 +240,7 @@ def climb(m, rate, rtol):
 
 
 @pytest.mark.parametrize("m", [1.0, math.nextafter(1, 2), 4.0, 1000.0])
-def test_work_in_the_promised_region(m):
+def test_work_in_the_guaranteed_region(m):
     for rtol, most in ((1e-6, 60), (1e-12, 250)):
         for rate in (1e-6, 1e-4, 1e-2, 1.0, 1e5):
             attempts, status = climb(m, rate, rtol)
@@ -257,7 +257,7 @@ def test_work_is_bounded(m, rate):
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_a_spent_budget_is_no_verdict(monkeypatch, program):
+def test_a_spent_budget_is_unresolved(monkeypatch, program):
     monkeypatch.setattr(solve, "ATTEMPTS", 5)
     (found,) = solved(program, [(4.0, 1.2, 1e-3)], 1e-6, method="dop853", formulation="fold")
     assert found.pop("outcome") == UNRESOLVED

@@ -1,79 +1,28 @@
 """Sweeps in memory: every cell of a grid solved."""
 
 import os
-from dataclasses import replace
 from typing import NoReturn
 
 import xarray as xr
 from tqdm import tqdm
 
+from ..limits.breakdown import breakdown, rtol_of
+from ..materials.material import Material
+from ..materials.si_units import in_si
 from ..notices import shown_notices
-from ..plausibility import warn_implausible
 from ..programs import Program
-from .dataset import cell_bytes, make_dataset, provenance_of
-from .dead_load import has_dead_load
-from .grid import Grid, make_grid
-from .loading import loading_time
-from .methods import Choice, choose
-from .parameters import ParameterLike
-from .product import product_of
-from .solve import Solution, sharing_pays, solve
-
-
-def planned(
-    program: Program,
-    *,
-    rtol: float = 1e-6,
-    method: str = "auto",
-    formulation: str = "auto",
-    step: float | None = None,
-    **parameters: ParameterLike | None,
-) -> tuple[Grid, Choice]:
-    """Return the grid of a sweep and how it would be solved, with everything checked and nothing computed.
-
-    Parameters
-    ----------
-    program, rtol, method, formulation, step, **parameters
-        As in `sweep`.
-
-    Returns
-    -------
-    grid : Grid
-    choice : Choice
-        Shared if method and formulation are left to "auto", the sweep is a product grid, see
-        `dea_maps.sweeps.product.product_of`, and `dea_maps.sweeps.solve.sharing_pays`.
-
-    Raises
-    ------
-    TypeError, ValueError
-        As in `sweep`.
-
-    Examples
-    --------
-    >>> from dea_maps.programs import Step
-    >>> grid, choice = planned(Step(), field=[0.9, 1.2], modulus_ratio=4.0, method="dopri5")
-    >>> grid.cells, choice.method
-    (2, 'dopri5')
-    """
-    grid = make_grid(program, **parameters)
-    if program.repeats != 1 and grid.cells and not (loading_time(program, grid.parameters) > 0.0).all():
-        raise ValueError(f"the repeated pieces of the program {program.name!r} must take time; got a duration of 0")
-    dead_load = has_dead_load(grid.parameters)
-    choice = choose(program, method, formulation, rtol, step, dead_load)
-    if method == formulation == "auto" and grid.cells:
-        product = product_of(program, grid.parameters)
-        choice = replace(choice, shared=product is not None and sharing_pays(product, rtol))
-    for name, kind in program.kinds.items() if grid.cells else ():
-        if kind == "field":
-            scale = float(grid.coords["modulus_ratio"].max()) ** 0.5
-            warn_implausible("field", grid.coords[name].values, scale=scale)
-    return grid, choice
+from ..sweeps.dataset import cell_bytes, make_dataset, provenance_of
+from ..sweeps.grid import Grid
+from ..sweeps.methods import Choice
+from ..sweeps.parameters import ParameterLike
+from ..sweeps.solve import Solution, solve
+from .request import Planned, Request
 
 
 def sweep(
     program: Program,
     *,
-    modulus_ratio: ParameterLike,
+    modulus_ratio: ParameterLike | None = None,
     prestretch: ParameterLike | None = None,
     stress: ParameterLike | None = None,
     rtol: float = 1e-6,
@@ -81,6 +30,8 @@ def sweep(
     formulation: str = "auto",
     step: float | None = None,
     progress: bool = False,
+    material: Material | None = None,
+    thickness: float | None = None,
     **parameters: ParameterLike,
 ) -> xr.Dataset:
     """Find whether, when and at what stretch a film fails, over all combinations of parameters.
@@ -92,14 +43,14 @@ def sweep(
     program : Program
         The loading program: ``Step()``, ``Ramp()``, ``RampHold()``, ...
     modulus_ratio : number, 1-D array or DataArray
-        Unrelaxed over relaxed shear modulus, at least 1.
+        Unrelaxed over relaxed shear modulus, at least 1; by default that of the material, if there is one.
         A number has no dimension, a 1-D array a dimension of its own name; a DataArray broadcasts by the
         names of its dimensions, so that three of them on one dimension give scattered points.
     prestretch : number, 1-D array or DataArray, optional
         Stretch of at least 1 to which the film relaxed under its dead load before the voltage.
     stress : number, 1-D array or DataArray, optional
-        Dead load applied to the fresh film with the voltage: equibiaxial nominal stress over the relaxed modulus, at
-        least 0. At most one of `prestretch` and `stress`.
+        Dead load applied to the fresh film with the voltage: equibiaxial nominal stress, normalised by the relaxed
+        modulus, at least 0. At most one of `prestretch` and `stress`.
     rtol : float
         Relative error allowed in time to failure, critical stretch and critical field, from 1e-12 to 1e-3.
     method, formulation : str
@@ -109,9 +60,16 @@ def sweep(
         Step of a method with fixed steps, in the formulation's independent variable; `rtol` is then not used.
     progress : bool
         Whether to draw a progress bar on standard error, and to say there when something is compiled first.
+    material, thickness : Material and float, optional
+        The film, of a thickness in m before deformation; both or none. Then parameters may be given in SI units, and
+        the result has them too, as that of `dea_maps.physical`. If the material knows its breakdown strength, the
+        result is also that of `dea_maps.breakdown`, to the same `rtol` (1e-6 with a method of fixed step).
     **parameters : number, 1-D array or DataArray
         The parameters of the program by name, as ``field=``, ``rate=``: fields are normalised by the relaxed critical
-        field, rates are in relaxed critical fields per relaxation time, times in relaxation times.
+        field, rates are in relaxed critical fields per relaxation time, times in relaxation times. For a film, also by
+        their names in SI units: ``voltage=`` for the field and ``x_voltage=`` for others (V), ``voltage_rate=`` (V/s),
+        ``x_seconds=`` for a time ``x`` (s), ``nominal_stress=`` (Pa). Their dimensions have the names of the ratios.
+        Quantities with units, as of pint, are converted.
 
     Returns
     -------
@@ -123,15 +81,16 @@ def sweep(
     Raises
     ------
     TypeError, ValueError
-        If a parameter is missing, not taken by the program, of the wrong kind or out of bounds; before
-        computing.
+        If a parameter is missing, given twice, not taken by the program, of the wrong kind or out of bounds; if it is
+        in SI units without a film; before computing.
     MemoryError
         If the result does not fit in memory.
 
     Warns
     -----
     ImplausibleWarning
-        If a field is more than 100 times that at which films fail at once: it may be in V or V/m.
+        If a field is more than 100 times that at which films fail at once: it may be in V or V/m. Names what is
+        implausible of the film, or in volts for it.
 
     Examples
     --------
@@ -139,19 +98,27 @@ def sweep(
     >>> ds = dm.sweep(dm.Step(), field=[1.05, 1.2, 1.5], modulus_ratio=4.0)
     >>> [f"{time:.5f}" for time in ds.time_to_failure.values]
     ['9.02824', '2.44363', '0.54638']
+    >>> film = dm.sweep(dm.Step(), material=dm.VHB, thickness=100e-6, voltage=2000.0)
+    >>> round(film.seconds_to_failure.item()), round(film.critical_area_strain.item(), 2)
+    (354, 1.59)
     """
-    grid, choice = planned(
-        program,
-        modulus_ratio=modulus_ratio,
-        prestretch=prestretch,
-        stress=stress,
-        rtol=rtol,
-        method=method,
-        formulation=formulation,
-        step=step,
-        **parameters,
-    )
-    return make_dataset(grid, _solved(grid, choice, progress), provenance_of(choice))
+    given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
+    plan = Request(program, given, rtol, method, formulation, step, material, thickness).planned()
+    return of_film(computed(plan, progress), plan)
+
+
+def computed(plan: Planned, progress: bool = False) -> xr.Dataset:
+    """Return the map of what is planned, as ratios."""
+    return make_dataset(plan.grid, _solved(plan.grid, plan.choice, progress), provenance_of(plan.choice))
+
+
+def of_film(ds: xr.Dataset, plan: Planned) -> xr.Dataset:
+    """Return a map or trajectories with what they mean for the film, if there is one: breakdown, volts and seconds."""
+    if plan.film is None:
+        return ds
+    if plan.film.limited:
+        ds = breakdown(ds, plan.film.material.strength, rtol_of(plan.choice))
+    return in_si(ds, *plan.film)
 
 
 def progress_bar(grid: Grid) -> "tqdm[NoReturn]":

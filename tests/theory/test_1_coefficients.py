@@ -90,7 +90,7 @@ def test_rooted_trees_are_all_there():
 
 
 @pytest.mark.parametrize("tableau", TABLEAUS.values(), ids=TABLEAUS)
-def test_every_order_condition_is_met_and_none_of_the_next_order_is_promised(tableau):
+def test_every_order_condition_is_met_and_none_of_the_next_order_is_claimed(tableau):
     assert order_of(tableau, carried(tableau)) == tableau.order
 
 

@@ -1,0 +1,286 @@
+"""A run of cells under a dead load: describe, classify, solve, write."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .._jit import Kernel, device
+from ..hold import quadrature
+from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
+from ..model import CRITICAL_LOAD
+from ..programs import Program
+from ..runge_kutta.tableaus import TABLEAUS
+from ..sweep import (
+    CRITICAL_FIELD,
+    CRITICAL_INTERNAL_STRETCH,
+    CRITICAL_STRETCH,
+    FINAL_STRETCH,
+    LANES,
+    RESULTS,
+    TIME_TO_FAILURE,
+)
+from . import climb, hold, near_instant
+from .film import (
+    FIELD_I,
+    FIELD_T,
+    FILM,
+    GAP_I,
+    GAP_T,
+    LOAD_T,
+    W_I,
+    W_T,
+    describe,
+    equilibrium_d,
+    failure,
+    first_d,
+    quick_failure,
+    stable_side,
+)
+
+# Types of the arguments of a sweep.
+SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int8[::1], float64[:, :]"
+
+
+def make_classify(program: Program) -> Callable[..., Any]:
+    """Make ``classify(film, cell, modulus_ratio)``: the outcomes that need no integration, else RUNNING."""
+    begins_with_step = program.begins_with_step
+    rises_without_end = program.pieces == 1 and not begins_with_step
+
+    @device
+    def classify(film, cell, modulus_ratio):
+        if rises_without_end:
+            return RUNNING
+        if begins_with_step and film[GAP_I, cell] <= 0.0:
+            return FAILS_AT_ONCE
+        above = film[GAP_T, cell]
+        # A film with any relaxation left survives the relaxed threshold itself; an elastic one (m = 1) does not.
+        if above < 0.0 or (above == 0.0 and modulus_ratio > 1.0):
+            return SURVIVES
+        return RUNNING
+
+    return classify
+
+
+# Rows of the block of holds, beside those of `hold.py`: of one array, whose rows the compiler knows not to overlap.
+(
+    RELAXES,  # p
+    DEAD_LOAD,
+    AT,  # w_t
+    LOAD,
+    ABOVE,  # e - e_t and e_i - e
+    BELOW,
+    AT_FIRST,  # w_i
+    START,
+    SHARE,
+    FIRST,  # w - w_t and 1/r with which the hold begins, and at its end
+    INVERSE,
+    LAST,
+    END,
+) = range(hold.HOLD_ROWS, hold.HOLD_ROWS + 13)
+BLOCK = hold.HOLD_ROWS + 13
+
+
+@device
+def give(w, i, film, cell, field, p, start, sigma):
+    """Fill in a lane, but for the states with which the hold begins and ends."""
+    w[RELAXES, i] = p
+    w[DEAD_LOAD, i] = sigma
+    w[AT, i] = film[W_T, cell]
+    w[LOAD, i] = film[LOAD_T, cell] + film[GAP_T, cell]
+    w[ABOVE, i] = film[GAP_T, cell]
+    w[BELOW, i] = film[GAP_I, cell]
+    w[AT_FIRST, i] = film[W_I, cell]
+    w[START, i] = start
+    whole = film[FIELD_I, cell] - film[FIELD_T, cell]
+    w[SHARE, i] = min(max((field - film[FIELD_T, cell]) / whole, 0.0), 1.0)
+
+
+@device
+def prepare_holds(w):
+    """Complete the lanes, whose holds begin at FIRST and INVERSE."""
+    lanes = w.shape[1]
+    for i in range(lanes):
+        w[END, i], w[LAST, i] = quick_failure(
+            w[RELAXES, i],
+            w[AT, i],
+            w[DEAD_LOAD, i],
+            w[LOAD, i],
+            w[ABOVE, i],
+            w[INVERSE, i],
+            w[FIRST, i],
+            w[SHARE, i],
+        )
+    for i in range(lanes):
+        if math.isnan(w[END, i]):
+            w[END, i], w[LAST, i] = failure(
+                w[RELAXES, i],
+                w[AT, i],
+                w[DEAD_LOAD, i],
+                w[LOAD, i],
+                w[ABOVE, i],
+                w[INVERSE, i],
+                w[FIRST, i],
+                w[SHARE, i],
+            )
+    for i in range(lanes):
+        hold.prepare(
+            w,
+            i,
+            w[RELAXES, i],
+            w[DEAD_LOAD, i],
+            w[AT, i],
+            w[ABOVE, i],
+            w[FIRST, i],
+            w[END, i],
+            w[LAST, i],
+        )
+
+
+@device
+def read_hold(w, i, field, cell, result):
+    """Write what a lane found for a cell under a constant field; returns its status."""
+    rest = w[quadrature.FOUND, i]
+    time = w[quadrature.BEFORE, i] + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
+    if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
+        return BUDGET_SPENT
+    result[TIME_TO_FAILURE, cell] = time
+    result[CRITICAL_STRETCH, cell] = 1.0 / w[hold.UNSTABLE_W, i]
+    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
+    result[CRITICAL_FIELD, cell] = field
+    return FAILED
+
+
+def make_solve_step(lanes: int) -> Callable[..., Any]:
+    """Make the solver of `make_sweep` for a field applied at once and held."""
+
+    @device
+    def solve_step(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        w = np.ones((BLOCK, lanes))
+        rule = np.empty(lanes, np.int64)
+        cells = np.empty(lanes, np.int64)
+        count, following = next_cells(status, 0, RUNNING, cells)
+        while count > 0:
+            for i in range(lanes):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
+                w[quadrature.BEFORE, i] = 0.0
+                rule[i] = quadrature.first_rule(p, tolerance)
+            for i in range(lanes):
+                w[INVERSE, i] = 1.0 / (w[START, i] * w[START, i])
+                w[FIRST, i], _ = first_d(
+                    w[RELAXES, i], w[START, i], w[AT, i], w[DEAD_LOAD, i], w[AT_FIRST, i], w[BELOW, i]
+                )
+            prepare_holds(w)
+            hold.integrate(w, rule, tolerance)
+            for i in range(count):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                gap = film[GAP_I, cell]
+                if gap < near_instant.LARGEST_GAP * p * film[W_T, cell] * film[W_T, cell]:
+                    r = start[cell] * start[cell]
+                    s, w_i, w_t = sigma[cell], film[W_I, cell], film[W_T, cell]
+                    b, end = near_instant.state_at_failure(p, r, w_i, s, gap)
+                    _, unstable = first_d(p, start[cell], w_t, s, w_i, gap)
+                    above = stable_side(gap, w_i, 1.0 + p / r, 1.0 + p * r * r, s)
+                    time = near_instant.time_to_failure(p, s, w_t, film[GAP_T, cell], unstable, above, end)
+                    w[quadrature.FOUND, i] = time
+                    w[quadrature.INTERNAL, i] = r + b
+                    w[hold.UNSTABLE_W, i] = w_i + end
+                status[cell] = read_hold(w, i, field[cell], cell, result)
+            count, following = next_cells(status, following, RUNNING, cells)
+
+    return solve_step
+
+
+@device
+def _without_end(film, cell, field, p):
+    return math.inf
+
+
+@device
+def _up_to_hold(film, cell, field, p):
+    # No film reaches the field at which it fails at once; an elastic one fails at that of a relaxed one.
+    if p == 0.0 or film[GAP_I, cell] <= 0.0:
+        return math.inf
+    return film[GAP_T, cell] / (CRITICAL_LOAD * (field + film[FIELD_T, cell]))
+
+
+def make_solve_ramp(lanes: int) -> Callable[..., Any]:
+    """Make the solver of `make_sweep` for a field that rises without end."""
+    rise = climb.make_climb(TABLEAUS["dop853"], _without_end, lanes)
+
+    @device
+    def solve_ramp(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        reached = np.empty((climb.REACHED, status.size))
+        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+
+    return solve_ramp
+
+
+def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
+    """Make the solver of `make_sweep` for a field that rises, then holds."""
+    rise = climb.make_climb(TABLEAUS["dop853"], _up_to_hold, lanes)
+
+    @device
+    def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        reached = np.empty((climb.REACHED, status.size))
+        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        w = np.ones((BLOCK, lanes))
+        rule = np.empty(lanes, np.int64)
+        cells = np.empty(lanes, np.int64)
+        count, following = next_cells(status, 0, AT_END, cells)
+        while count > 0:
+            for i in range(lanes):
+                cell = cells[i]
+                p = modulus_ratio[cell] - 1.0
+                give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
+                a = 1.0 / reached[climb.REACHED_R, cell]
+                guess = reached[climb.REACHED_D, cell]
+                w[INVERSE, i] = a
+                w[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
+                w[quadrature.BEFORE, i] = field[cell] / rate[cell]
+                rule[i] = quadrature.first_rule(p, tolerance)
+            prepare_holds(w)
+            hold.integrate(w, rule, tolerance)
+            for i in range(count):
+                status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
+            count, following = next_cells(status, following, AT_END, cells)
+
+    return solve_ramp_hold
+
+
+SOLVERS = {"step": make_solve_step, "ramp": make_solve_ramp, "ramp_hold": make_solve_ramp_hold}
+
+
+def make_sweep(program: Program, lanes: int = LANES) -> Kernel:
+    """Make the compiled ``sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result)``.
+
+    As `kernels.sweep.make_sweep`, with the internal stretch at the start and the dead load, both (cells,).
+    """
+    classify = make_classify(program)
+    solve = SOLVERS[program.name](lanes)
+
+    def sweep(field, rate, modulus_ratio, start, sigma, tolerance, status, result):
+        film = np.empty((FILM, field.size))
+        for cell in range(field.size):  # apart from the next loop, which does not vectorise
+            describe(film, cell, field[cell], modulus_ratio[cell] - 1.0, start[cell], sigma[cell])
+        for cell in range(field.size):
+            status[cell] = classify(film, cell, modulus_ratio[cell])
+        for row in range(RESULTS):
+            for cell in range(field.size):
+                result[row, cell] = math.nan
+        solve(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result)
+        for cell in range(field.size):
+            if status[cell] == FAILS_AT_ONCE:
+                result[TIME_TO_FAILURE, cell] = 0.0
+                result[CRITICAL_STRETCH, cell] = 1.0 / film[W_I, cell]
+                result[CRITICAL_INTERNAL_STRETCH, cell] = start[cell]
+                result[CRITICAL_FIELD, cell] = film[FIELD_I, cell]
+            elif status[cell] == SURVIVES:
+                below = stable_side(-film[GAP_T, cell], film[W_T, cell], 1.0, 1.0, sigma[cell])
+                result[FINAL_STRETCH, cell] = 1.0 / (film[W_T, cell] + below)
+
+    return Kernel(sweep, SIGNATURE)
