@@ -27,8 +27,6 @@ from .quantities import at_most, volts_in_words
 
 # Relative accuracy of a largest voltage, which is told with four digits.
 _RTOL = 1e-4
-# Voltages asked about at once, and how often, to find where breakdown begins: (log(1/_LEAST)/24)^4 < _RTOL.
-_AT_ONCE, _ROUNDS, _LEAST = 25, 4, 1e-3
 
 
 @dataclass(frozen=True)
@@ -201,25 +199,8 @@ def _largest_voltage(question: Question) -> tuple[float, str]:
     found = allowable(question.program, "voltage", rtol=_RTOL, **_asked(question))
     if int(found["reason"]) != Reason.ANSWERED:
         return np.nan, "unresolved"
-    most = float(found["allowable_voltage"]) * (1.0 - _RTOL)
-    if not question.film.limited:
-        return most, "instability"
-    if _first_limits(question, np.array([most]))[0] != Limit.BREAKDOWN:
-        return most, "instability"
-    low, high = _LEAST * most, most
-    for _ in range(_ROUNDS):
-        volts = np.geomspace(low, high, _AT_ONCE)
-        limits = _first_limits(question, volts)
-        first = int(np.argmax(limits != Limit.NONE))
-        if first == 0 or (limits == Limit.UNRESOLVED).any():
-            return np.nan, "unresolved"
-        low, high = volts[first - 1], volts[first]
-    return float(low), "breakdown"
-
-
-def _first_limits(question: Question, volts: Any) -> Any:
-    """Return what ends the loading first under voltages."""
-    return sweep(question.program, voltage=volts, **_asked(question))["first_limit"].values
+    limit = words_of(Limit)[int(found["limit"])] if "limit" in found else "instability"
+    return float(found["allowable_voltage"]) * (1.0 - _RTOL), limit
 
 
 def _ends(question: Question) -> tuple[float, float]:
