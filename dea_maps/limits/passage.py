@@ -185,7 +185,7 @@ class _Search:
 
     def _time(self, film: npt.NDArray[np.int64], step: Array) -> Array:
         """Return the time at which recorded steps start."""
-        return self._start(film, step[STEP.CYCLE]) + (step[STEP.OFFSET_0] + step[STEP.T_0])
+        return np.asarray(self._start(film, step[STEP.CYCLE]) + (step[STEP.OFFSET_0] + step[STEP.T_0]))
 
     def _start(self, film: npt.NDArray[np.int64], completed: Array) -> Array:
         """Return the time at which a repetition starts."""
