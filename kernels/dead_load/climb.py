@@ -53,8 +53,10 @@ FIRST_D, SLOW_X, SLOW_D, SLOW_Y, SLOW_STEP = range(5)
 STARTS = 5
 
 # Rows of what is reached.
-REACHED_R, REACHED_D = range(2)
-REACHED = 2
+REACHED_R, REACHED_D, REACHED_ROUNDING = range(3)  # the last: error of the time of failure, by rounding of r
+REACHED = 3
+# Units of rounding by which r may be wrong.
+ROUNDINGS = 32.0 * 2.0**-52
 
 SAFETY = 0.9
 SMALLEST_FACTOR = 0.2
@@ -381,6 +383,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
             return FAILED if field / rate < math.inf else BUDGET_SPENT
         reached[REACHED_R, cell] = r + of_r * aim
         reached[REACHED_D, cell] = d + aim * w[SLOPES + 1, i]
+        reached[REACHED_ROUNDING, cell] = ROUNDINGS * r / (2.0 * abs(h) + ROUNDINGS)
         return AT_END
 
     @device
