@@ -393,6 +393,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         verdict = FAILED
                     elif notes[PURPOSE, cell] == FIXING:
                         notes[ITERATION, cell] = 0.0
+                        notes[TRIED, cell] = 0.0
                         set_cycle(
                             kept,
                             notes,
@@ -518,6 +519,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
+                            notes[TRIED, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
                             set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
@@ -544,6 +546,11 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     noise = error + EPSILON * start
                     if failed:
                         notes[FAILING, cell] = min(notes[FAILING, cell], start)
+                    if purpose == PROVING and change > error and notes[TRIED, cell] < 4.0 and not vain:
+                        # Still before the fixed point: one more iterate.
+                        notes[TRIED, cell] += 1.0
+                        notes[PURPOSE, cell] = FIXING
+                        purpose = FIXING
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
@@ -561,15 +568,15 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if not (slope < 0.0) or not (slope > -1.0):
                             slope = ratio - 1.0
                         following = start - change / slope
+                        near = 0.05 * tolerance if notes[TRIED, cell] == 0.0 else 4.0 * EPSILON
                         notes[LAST_R, cell] = start
                         notes[LAST_CHANGE, cell] = change
                         if not slope < 0.0:
                             vain = True
-                        elif abs(following - start) <= 0.05 * tolerance * start or abs(change) <= noise:
+                        elif abs(following - start) <= near * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
-                            notes[TRIED, cell] = 0.0
                             beside = max(following, start) + 4.0 * noise / -slope
                             set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY

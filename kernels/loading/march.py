@@ -279,7 +279,10 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[ROUNDING, i] = rounding if accepted else w[ROUNDING, i]
             w[GAIN, i] += growing if accepted else 0.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
-            doubt = total_error(carried, rounding) * fragility / s1
+            # Of one within the step the distance is at least that where the tangents meet.
+            turned = (m0 < 0.0) & (m1 > 0.0)
+            nearest = min(s0 + m0 * meet, s1) if turned else s1
+            doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
             w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
             w[PENDING, i] = doubt if accepted else w[PENDING, i]
