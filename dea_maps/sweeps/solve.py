@@ -379,7 +379,7 @@ class Passages:
         self._kept[passage_rows.UNTIL] = self._once or table.kind.size
         if one_cycle and self._once:  # one like all that follow
             self._kept[passage_rows.PIECE], self._kept[passage_rows.UNTIL] = self._once, table.kind.size
-            end = repetition_starts(program, parameters, np.ones(size))
+            end = np.nextafter(repetition_starts(program, parameters, np.ones(size)), 0.0)
             self._kept[passage_rows.X] = field_at(program, parameters, end[:, np.newaxis])[:, 0]
         self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
         self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf
