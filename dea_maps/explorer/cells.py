@@ -40,6 +40,12 @@ SHOWN = (
 )
 """The variables that a page shows where the map has them, in this order."""
 
+RTOL = 1e-4
+"""Relative error allowed in the stretches of the curves: less than can be seen."""
+
+REPETITIONS = 3
+"""Repetitions of a program that are followed at most."""
+
 MOST_SLICES, MOST_ALONG = 20, 400
 """Values on a slider, and along an axis: more would not be told apart."""
 

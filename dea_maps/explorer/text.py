@@ -7,8 +7,7 @@ from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from ..charts.plane import BREAKS_DOWN
 from ..nomenclature import quantity_of, si_name
 from ..programs import ENDLESS
-from .cells import Cells, fixed_parameters, plain_label, results
-from .curves import REPETITIONS, RTOL
+from .cells import REPETITIONS, RTOL, Cells, fixed_parameters, plain_label, results
 
 _MEANT = {
     SURVIVES: ("final_", "largest_", "steady_"),
