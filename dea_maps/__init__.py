@@ -31,11 +31,10 @@ from typing import TYPE_CHECKING
 if (_beside := Path(__file__).parent.parent / "kernels" / "_jit.py").is_file():
     __path__.append(str(_beside.parent.parent))
 
-# Behind these names `help` lists the folders, as pydoc does of every package; they are private.
-
 # The one place of the version: the metadata of an installed copy are made from it.
 __version__ = "0.1.0"
 
+# What `help` shows; it also lists the folders, as pydoc does of every package.
 __all__ = [
     "VHB",
     "BiasedSine",
