@@ -65,6 +65,16 @@ _IN_UNICODE = {
 _IN_UNICODE |= dict.fromkeys("_{}", "")
 
 
+_FILM = (
+    "unrelaxed_modulus_in_Pa",
+    "relaxed_modulus_in_Pa",
+    "relaxation_time_in_s",
+    "relative_permittivity",
+    "thickness_in_m",
+)
+"""Attributes of a map in SI units."""
+
+
 class Axis(NamedTuple):
     """A parameter that varies over the map.
 
@@ -137,19 +147,13 @@ class Cells(NamedTuple):
         """What the relaxed critical field is in V where the page shows times in s."""
         if self.seconds is None:
             return None
-        given = self.ds.attrs
-        material = Material(
-            unrelaxed_modulus=float(given["unrelaxed_modulus_in_Pa"]),
-            relaxed_modulus=float(given["relaxed_modulus_in_Pa"]),
-            relaxation_time=float(given["relaxation_time_in_s"]),
-            relative_permittivity=float(given["relative_permittivity"]),
-        )
-        return material.critical_field * float(given["thickness_in_m"])
+        unrelaxed, relaxed, time, permittivity, thickness = (float(self.ds.attrs[name]) for name in _FILM)
+        return Material(unrelaxed, relaxed, time, permittivity).critical_field * thickness
 
     @property
     def seconds(self) -> float | None:
         """The relaxation time in s where the page shows times in s."""
-        known = "seconds_to_failure" in self.ds and "relaxation_time_in_s" in self.ds.attrs
+        known = "seconds_to_failure" in self.ds and {"material", *_FILM} <= self.ds.attrs.keys()
         return float(self.ds.attrs["relaxation_time_in_s"]) if known else None
 
     @property
