@@ -39,8 +39,8 @@ def trajectory(
     program : Program
         The loading program.
     time : number, 1-D array or DataArray along one dimension
-        When to look, in relaxation times since the loading began; at least 0. At the time of a jump, the state after it:
-        at 0 the field of a step is on.
+        When to look, in relaxation times since the loading began; at least 0. At the time of a jump, the state
+        after it: at 0 the field of a step is on.
     time_seconds : number, 1-D array or DataArray along one dimension
         The same in s, for a film, instead of `time`.
     modulus_ratio, prestretch, stress, material, thickness, **parameters
