@@ -568,12 +568,12 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if not (slope < 0.0) or not (slope > -1.0):
                             slope = ratio - 1.0
                         following = start - change / slope
-                        near = 0.05 * tolerance if notes[TRIED, cell] == 0.0 else 4.0 * EPSILON
+                        apart = 0.05 * tolerance if notes[TRIED, cell] == 0.0 else 4.0 * EPSILON
                         notes[LAST_R, cell] = start
                         notes[LAST_CHANGE, cell] = change
                         if not slope < 0.0:
                             vain = True
-                        elif abs(following - start) <= near * start or abs(change) <= noise:
+                        elif abs(following - start) <= apart * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
