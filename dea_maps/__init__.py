@@ -34,6 +34,7 @@ if (_beside := Path(__file__).parent.parent / "kernels" / "_jit.py").is_file():
 # The one place of the version: the metadata of an installed copy are made from it.
 __version__ = "0.1.0"
 
+# What `help` shows; it also lists the folders, as pydoc does of every package.
 __all__ = [
     "VHB",
     "BiasedSine",

@@ -27,8 +27,6 @@ from .quantities import at_most, volts_in_words
 
 # Relative accuracy of a largest voltage, which is told with four digits.
 _RTOL = 1e-4
-# Voltages asked about at once, and how often, to find where breakdown begins: (log(1/_LEAST)/24)^4 < _RTOL.
-_AT_ONCE, _ROUNDS, _LEAST = 25, 4, 1e-3
 
 
 @dataclass(frozen=True)
@@ -145,27 +143,27 @@ def answer(question: Question) -> dict[str, Any]:
     found["loading"] = question.loading_in_words()
     with _implausible() as cautions:
         most, limit = _largest_voltage(question)
-        found |= {"allowable_voltage": None if np.isnan(most) else most, "limited_by": limit}
+        found |= {"allowable_voltage": most, "limited_by": limit}
         at = question.voltage if question.voltage is not None else most
-        cell = _cell(question, at) if np.isfinite(at) else None
+        cell = None if at is None else _cell(question, at)
+        indefinitely, at_once = _ends(question) if question.voltage is None else (None, None)
     found |= {} if cell is None else _numbers(cell)
-    largest = "undetermined" if np.isnan(most) else volts_in_words(at_most(most))
-    if question.voltage is None:
+    if at_once is not None:
         strain = found.get("largest_area_strain")
         far = "" if strain is None else f", with an area strain of at most {100.0 * strain:.3g} %"
-        found["answer"] = f"Of a voltage {question.loading_in_words()}, {film} sustains at most {largest}{far}."
-        indefinitely, at_once = _ends(question)
+        found["answer"] = (
+            f"Of a voltage {question.loading_in_words()}, {film} sustains at most {_most_in_words(most)}{far}."
+        )
         found |= {"voltage_sustained_indefinitely": indefinitely, "voltage_of_failure_at_once": at_once}
-        less = f", {_per_cent(indefinitely, most)}" if question.hold is not None and np.isfinite(most) else ""
-        found["margin"] = f"It sustains {volts_in_words(at_most(indefinitely))} indefinitely{less}, and fails at once "
+        less = "" if question.hold is None else _compared(indefinitely, most)
+        found["margin"] = f"It sustains {_most_in_words(indefinitely)} indefinitely{less}, and fails at once "
         found["margin"] += f"under a sudden voltage of {volts_in_words(at_once)}."
-    else:
-        assert cell is not None
+    elif question.voltage is not None and cell is not None:
         how = f"Under {volts_in_words(question.voltage)}, {question.loading_in_words()}, {film}"
         found["answer"] = f"{how} {_fate(cell)}."
         found["voltage"] = question.voltage
-        found["margin"] = f"The largest voltage that it sustains so is {largest}"
-        found["margin"] += f", {_per_cent(most, question.voltage)}." if np.isfinite(most) else "."
+        compared = _compared(most, question.voltage)
+        found["margin"] = f"The largest voltage that it sustains so is {_most_in_words(most)}{compared}."
     found["cautions"] = [*cautions, *_cautions(question, found)]
     return found
 
@@ -196,33 +194,16 @@ def _cell(question: Question, voltage: float) -> xr.Dataset:
     return sweep(question.program, voltage=voltage, **_asked(question))
 
 
-def _largest_voltage(question: Question) -> tuple[float, str]:
-    """Return the largest voltage without failure, NaN where that is undetermined, and what limits it."""
+def _largest_voltage(question: Question) -> tuple[float | None, str]:
+    """Return the largest voltage without failure, None where that is undetermined, and what limits it."""
     found = allowable(question.program, "voltage", rtol=_RTOL, **_asked(question))
     if int(found["reason"]) != Reason.ANSWERED:
-        return np.nan, "unresolved"
-    most = float(found["allowable_voltage"]) * (1.0 - _RTOL)
-    if not question.film.limited:
-        return most, "instability"
-    if _first_limits(question, np.array([most]))[0] != Limit.BREAKDOWN:
-        return most, "instability"
-    low, high = _LEAST * most, most
-    for _ in range(_ROUNDS):
-        volts = np.geomspace(low, high, _AT_ONCE)
-        limits = _first_limits(question, volts)
-        first = int(np.argmax(limits != Limit.NONE))
-        if first == 0 or (limits == Limit.UNRESOLVED).any():
-            return np.nan, "unresolved"
-        low, high = volts[first - 1], volts[first]
-    return float(low), "breakdown"
+        return None, "unresolved"
+    limit = words_of(Limit)[int(found["limit"])] if "limit" in found else "instability"
+    return float(found["allowable_voltage"]) * (1.0 - _RTOL), limit
 
 
-def _first_limits(question: Question, volts: Any) -> Any:
-    """Return what ends the loading first under voltages."""
-    return sweep(question.program, voltage=volts, **_asked(question))["first_limit"].values
-
-
-def _ends(question: Question) -> tuple[float, float]:
+def _ends(question: Question) -> tuple[float | None, float]:
     """Return the largest voltage that the film sustains without end, and that of failure at once."""
     held = Question(question.film, prestretch=question.prestretch)
     most = _largest_voltage(held)[0]
@@ -275,16 +256,22 @@ def _when(cell: xr.Dataset, what: str) -> str:
     return f"{when}, at {volts_in_words(volts)}, with a stretch of {stretch:.3f} (area strain {100.0 * strain:.0f} %)"
 
 
-def _per_cent(one: float, other: float) -> str:
-    """Return how much less or more the one is than the other.
+def _most_in_words(volts: float | None) -> str:
+    return "an undetermined voltage" if volts is None else volts_in_words(at_most(volts))
+
+
+def _compared(one: float | None, other: float | None) -> str:
+    """Return how much less or more the one is than the other, behind a comma.
 
     Examples
     --------
-    >>> _per_cent(1.6, 2.0), _per_cent(2.5, 2.0)
-    ('20 % less', '25 % more')
+    >>> _compared(1.6, 2.0), _compared(2.5, 2.0), _compared(None, 2.0)
+    (', 20 % less', ', 25 % more', '')
     """
+    if one is None or other is None:
+        return ""
     change = 100.0 * (one / other - 1.0)
-    return f"{abs(change):.2g} % {'less' if change < 0.0 else 'more'}"
+    return f", {abs(change):.2g} % {'less' if change < 0.0 else 'more'}"
 
 
 def _cautions(question: Question, found: dict[str, Any]) -> list[str]:

@@ -40,6 +40,12 @@ SHOWN = (
 )
 """The variables that a page shows where the map has them, in this order."""
 
+RTOL = 1e-4
+"""Relative error allowed in the stretches of the curves: less than can be seen."""
+
+REPETITIONS = 3
+"""Repetitions of a program that are followed at most."""
+
 MOST_SLICES, MOST_ALONG = 20, 400
 """Values on a slider, and along an axis: more would not be told apart."""
 
@@ -63,6 +69,16 @@ _IN_UNICODE = {
     r"\min": "min",
 }
 _IN_UNICODE |= dict.fromkeys("_{}", "")
+
+
+_FILM = (
+    "unrelaxed_modulus_in_Pa",
+    "relaxed_modulus_in_Pa",
+    "relaxation_time_in_s",
+    "relative_permittivity",
+    "thickness_in_m",
+)
+"""Attributes of a map in SI units."""
 
 
 class Axis(NamedTuple):
@@ -137,19 +153,13 @@ class Cells(NamedTuple):
         """What the relaxed critical field is in V where the page shows times in s."""
         if self.seconds is None:
             return None
-        given = self.ds.attrs
-        material = Material(
-            unrelaxed_modulus=float(given["unrelaxed_modulus_in_Pa"]),
-            relaxed_modulus=float(given["relaxed_modulus_in_Pa"]),
-            relaxation_time=float(given["relaxation_time_in_s"]),
-            relative_permittivity=float(given["relative_permittivity"]),
-        )
-        return material.critical_field * float(given["thickness_in_m"])
+        unrelaxed, relaxed, time, permittivity, thickness = (float(self.ds.attrs[name]) for name in _FILM)
+        return Material(unrelaxed, relaxed, time, permittivity).critical_field * thickness
 
     @property
     def seconds(self) -> float | None:
         """The relaxation time in s where the page shows times in s."""
-        known = "seconds_to_failure" in self.ds and "relaxation_time_in_s" in self.ds.attrs
+        known = "seconds_to_failure" in self.ds and {"material", *_FILM} <= self.ds.attrs.keys()
         return float(self.ds.attrs["relaxation_time_in_s"]) if known else None
 
     @property

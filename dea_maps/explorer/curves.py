@@ -14,13 +14,7 @@ from ..runs.maps import sweep
 from ..sweeps.chunks import evenly
 from ..sweeps.loading import arrays_of, field_at, loading_time, table_of
 from ..sweeps.solve import relaxation_rate, trace
-from .cells import Cells, Floats
-
-RTOL = 1e-4
-"""Relative error allowed in the stretches of the curves: less than can be seen."""
-
-REPETITIONS = 3
-"""Repetitions of a program that are followed at most."""
+from .cells import REPETITIONS, RTOL, Cells, Floats
 
 MOST_TIME = 2e8
 """Relaxation times to follow, at most, over all cells together: a slow ramp takes steps without end."""

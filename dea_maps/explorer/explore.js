@@ -13,7 +13,8 @@ const digits = (value) => String(Number(value.toPrecision(4)))
 const quantity = () => element("quantity").value
 
 // Slices are numbered so that the last slider moves on first.
-const slice_at = (positions) => positions.reduce((slice, position, index) => slice * across[index].values.length + position, 0)
+const slice_at = (positions) =>
+  positions.reduce((slice, position, index) => slice * across[index].values.length + position, 0)
 function positions_of(slice) {
   const positions = []
   for (const {values} of [...across].reverse()) {

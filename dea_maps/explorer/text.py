@@ -7,8 +7,7 @@ from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from ..charts.plane import BREAKS_DOWN
 from ..nomenclature import quantity_of, si_name
 from ..programs import ENDLESS
-from .cells import Cells, fixed_parameters, plain_label, results
-from .curves import REPETITIONS, RTOL
+from .cells import REPETITIONS, RTOL, Cells, fixed_parameters, plain_label, results
 
 _MEANT = {
     SURVIVES: ("final_", "largest_", "steady_"),
@@ -117,6 +116,7 @@ def sentences(cells: Cells) -> dict[str, object]:
     if "steady_stretch_max" in cells.ds:
         survives += ": in the end its stretch stays between {steady_stretch_min} and {steady_stretch_max}"
     no_curve = "no curve is drawn, as it takes much longer than the others, or to be as accurate as asked"
+    broken = f" after {{{cells.times_shown[BREAKS_DOWN]}}} {unit}" if BREAKS_DOWN in cells.times_shown else " first"
     first = f"the first {REPETITIONS} repetitions are drawn"
     whole = {FAILS_LATER: f"It fails {reached}", BREAKS_DOWN: f"It breaks down {reached}"}
     nearly = f"after {{end}} {unit} its stretch of {{stretch}}, an area strain of {{strain}}, is nearly the final one"
@@ -128,7 +128,7 @@ def sentences(cells: Cells) -> dict[str, object]:
         SURVIVES: f"{survives}; {no_curve}.",
         FAILS_LATER: f"{fails}; {no_curve}.",
         FAILS_AT_ONCE: "It fails at once, so that there is no curve.",
-        BREAKS_DOWN: "It breaks down while the field is switched on, so that there is no curve.",
+        BREAKS_DOWN: f"It breaks down{broken}; no curve is drawn.",
         UNRESOLVED: "It is unresolved, which says nothing of the film: there is no curve.",
     }
     return {

@@ -183,6 +183,7 @@ def _check_values(block: dict[str, npt.NDArray[Any]]) -> None:
             has_value = {
                 "final_stretch": survives & ends,
                 "largest_stretch": survives | _fails(block[by]),
+                "cycles_to_failure": block[by] == Outcome.FAILS_LATER,
                 "steady_stretch_max": survives,
                 "steady_stretch_min": survives,
             }.get(name, _fails(block[by]))

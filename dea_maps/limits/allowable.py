@@ -1,5 +1,7 @@
 """The largest value of one parameter of a loading program that a film survives, or lasts long enough under."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
@@ -7,14 +9,19 @@ import xarray as xr
 from ..checks import brief, in_units
 from ..materials.material import Material
 from ..materials.si_units import Film, film_of, in_si, warn_film
+from ..materials.strength import StrengthOf
 from ..nomenclature import KINDS
-from ..outcomes import Outcome, Reason, flag_attributes
+from ..outcomes import Limit, Outcome, Reason, flag_attributes
 from ..programs import Program
+from ..sweeps.dead_load import has_dead_load
 from ..sweeps.grid import kinds_taken, make_grid
+from ..sweeps.loading import loading_time
+from ..sweeps.methods import choose
 from ..sweeps.parameters import ParameterLike
 from ..sweeps.ratios import in_ratios
 from ..sweeps.solve import Parameters, solve_auto
-from .answers import tight_rtol
+from .answers import SMALLEST_RTOL, tight_rtol
+from .breakdown import solve_with_limits
 
 Array = npt.NDArray[np.float64]
 
@@ -48,8 +55,8 @@ def allowable(
 
     Films keep their order: under the pointwise larger load no film fails later, so that there is one largest value of
     a field, a width, a hold time or a duty. For a period and a fall time that is so if it makes the load larger at no
-    time smaller; for a rate the answer is the fastest with which the film lasts. Instability alone is asked about, not
-    electrical breakdown, whatever the material knows of it.
+    time smaller; for a rate the answer is the fastest with which the film lasts. If the material knows its breakdown
+    strength, the film must not break down either, see `dea_maps.breakdown`.
 
     Parameters
     ----------
@@ -73,7 +80,8 @@ def allowable(
     -------
     Dataset
         ``allowable`` and ``reason``: "answered"; "always" where every value looked at is allowed, "never" where
-        none is, "unresolved"; NaN there. For a film also its twin in SI units, as ``allowable_voltage``.
+        none is, "unresolved"; NaN there. For a film also its twin in SI units, as ``allowable_voltage``, and if it may
+        break down ``limit``: "instability" or "breakdown" just above the answer.
 
     Raises
     ------
@@ -90,7 +98,7 @@ def allowable(
     >>> round(float(ds.allowable_voltage))
     1863
     """
-    tight = tight_rtol(rtol)
+    tight_rtol(rtol)
     kinds = kinds_taken(program)
     film = film_of(material, thickness)
     parameter = _asked(program, parameter, film)
@@ -124,7 +132,8 @@ def allowable(
     if kinds[parameter] == "field":
         scale = np.sqrt(cells["modulus_ratio"])
         low, high = low * scale, high * scale
-    found, reason = _search(program, parameter, cells, low, high, wanted, rtol, tight)
+    strength = film.material.strength if film is not None and film.limited else None
+    found, reason, limit = _search(program, parameter, cells, low, high, wanted, rtol, strength)
     dims = grid.dims
     words = f"largest {parameter.replace('_', ' ')} with which a film lasts"
     coords = {name: variable for name, variable in grid.coords.items() if name != parameter}
@@ -141,6 +150,9 @@ def allowable(
     )
     if film is None:
         return ds
+    if limit is not None:
+        about = {"long_name": f"what limits {parameter}", "units": "1", **flag_attributes(Limit)}
+        ds["limit"] = (dims, limit.reshape(grid.shape), about)
     answer = {"allowable": kinds[parameter]}
     return in_si(ds, *film, {name: kind for name, kind in kinds.items() if name in coords} | answer)
 
@@ -173,21 +185,24 @@ def _search(
     high: Array,
     wanted: tuple[float, float | None],
     rtol: float,
-    tight: float,
-) -> tuple[Array, npt.NDArray[np.int8]]:
-    """Return the largest values by bisection in the logarithm, and why there may be none."""
+    strength: StrengthOf | None,
+) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8] | None]:
+    """Return the largest values by bisection in the logarithm, why there may be none, and what limits them."""
+
+    def fates(values: Array, chosen: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+        own = {name: array[chosen] for name, array in cells.items()} | {parameter: values[chosen]}
+        return _fates(program, own, tight_rtol(rtol), strength)
 
     def lasts(values: Array, chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.int8]:
         """Return 1 where films last, 0 where not, -1 where that is not known."""
-        own = {name: array[chosen] for name, array in cells.items()} | {parameter: values[chosen]}
-        found = solve_auto(program, own, tight)
+        found = fates(values, chosen)
         lifetime, cycles = wanted
-        if cycles is not None and found.cycles_to_failure is not None:
-            long_enough = found.cycles_to_failure >= cycles
+        if cycles is not None:
+            long_enough = found["cycles_to_failure"] >= cycles
         else:
-            long_enough = (found.time_to_failure >= lifetime) & (found.outcome != Outcome.FAILS_AT_ONCE)
-        answer = np.where((found.outcome == Outcome.SURVIVES) | long_enough, 1, 0)
-        return np.where(found.outcome == Outcome.UNRESOLVED, -1, answer).astype(np.int8)
+            long_enough = (found["time_to_failure"] >= lifetime) & (found["outcome"] != Outcome.FAILS_AT_ONCE)
+        answer = np.where((found["outcome"] == Outcome.SURVIVES) | long_enough, 1, 0)
+        return np.where(found["outcome"] == Outcome.UNRESOLVED, -1, answer).astype(np.int8)
 
     everywhere = np.ones(low.size, np.bool_)
     at_low, at_high = lasts(low, everywhere), lasts(high, everywhere)
@@ -210,7 +225,33 @@ def _search(
         open_ &= high > low * (1.0 + 0.2 * rtol)
     # What is not known on the way lies next to the answer, or the answer is not known.
     reason[unknown & (reason == Reason.ANSWERED) & ~_narrow(low, high, rtol)] = Reason.UNRESOLVED
-    return np.where(reason == Reason.ANSWERED, np.sqrt(low * high), np.nan), reason
+    answered = reason == Reason.ANSWERED
+    limit = None
+    if strength is not None:
+        limit = np.where(reason == Reason.ALWAYS, Limit.NONE, Limit.UNRESOLVED).astype(np.int8)
+        if answered.any():
+            limit[answered] = fates(high, answered)["first_limit"]
+    return np.where(answered, np.sqrt(low * high), np.nan), reason, limit
+
+
+def _fates(
+    program: Program, films: Parameters, tight: float, strength: StrengthOf | None
+) -> dict[str, npt.NDArray[Any]]:
+    """Return the results of a sweep over scattered films, for which a breakdown is a failure."""
+    if strength is None:
+        return solve_auto(program, films, tight).by_name()
+    choice = choose(program, "auto", "auto", max(tight, SMALLEST_RTOL), None, has_dead_load(films))
+    found = solve_with_limits(program, films, choice, strength)
+    first, time = found["first_limit"], found["time_to_breakdown"]
+    broken = first == Limit.BREAKDOWN
+    cases = [first == Limit.UNRESOLVED, broken & (time == 0.0), broken]
+    fate = [Outcome.UNRESOLVED, Outcome.FAILS_AT_ONCE, Outcome.FAILS_LATER]
+    found["outcome"] = np.select(cases, fate, found["outcome"])
+    found["time_to_failure"] = np.where(broken, time, found["time_to_failure"])
+    if "cycles_to_failure" in found:
+        cycle = loading_time(program, films) / max(program.repeats, 1)
+        found["cycles_to_failure"] = np.where(broken, np.floor(time / cycle), found["cycles_to_failure"])
+    return found
 
 
 def _narrow(low: Array, high: Array, rtol: float) -> npt.NDArray[np.bool_]:

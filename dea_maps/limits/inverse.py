@@ -25,8 +25,11 @@ SLOWEST, FASTEST = 1e-6, 1e5
 """Ramp rates among which `allowable_rate` looks, in critical fields per relaxation time."""
 # The slowest ramp that it follows in time, where breakdown limits it.
 _SLOWEST_FOLLOWED = 1e-4
-# A field just above the relaxed threshold, over it: the film gets as far under it as under the slowest ramp.
-_JUST_ABOVE = 1.0 + 1e-12
+# A field at which a film under a dead load fails at once, over that of which rounding does not tell.
+_BEYOND_ROUNDING = 1.0 + 1e-14
+
+# An internal stretch beyond every failure, over the stretch at the instability of the relaxed film.
+_FAR = 1e3
 
 Film = dict[str, Array]
 """Parameters of films by name: the modulus ratio, and the prestretch or the stress of those under a dead load."""
@@ -63,6 +66,19 @@ def _fields_of(film: Film) -> tuple[Array, Array]:
         return np.ones_like(ratio), np.sqrt(ratio)
     threshold = relaxed_threshold(load)
     return threshold, np.maximum(largest_field(start, ratio, load), threshold)
+
+
+def _farthest(film: Film) -> Array:
+    """Return the stretch at failure just above the relaxed threshold, which the slowest ramps tend to."""
+    ratio, _, load = film_of(film)
+    relaxed = critical_stretch(np.ones_like(load), np.ones_like(load), load)
+
+    def lacks(internal: Array, ratio: Array, load: Array, threshold: Array) -> Array:
+        return largest_field(internal, ratio, load) - threshold
+
+    arguments = ratio, load, _fields_of(film)[0]
+    internal, _ = roots(lacks, relaxed, _FAR * relaxed, ratio > 1.0, arguments, xrtol=1e-15)
+    return critical_stretch(internal, ratio, load)
 
 
 def allowable_field(
@@ -113,6 +129,9 @@ def allowable_field(
     tight = tight_rtol(rtol)
     film, wanted = _named(of_film), life.values.ravel()
     low, top = _fields_of(film)
+    at_once = top
+    if has_dead_load(film):
+        top = top * _BEYOND_ROUNDING
 
     def field_of(s: Array, low: Array, top: Array) -> Array:
         return low + (top - low) * s * s  # the time to failure grows like 1/s
@@ -126,7 +145,7 @@ def allowable_field(
     s, reason = roots(
         lasting, np.zeros_like(low), np.ones_like(low), inner, (low, top, wanted, *film.values()), xrtol=0.1 * rtol
     )
-    found = np.where(inner, field_of(s, low, top), np.where(np.isinf(wanted), low, top))
+    found = np.where(inner, field_of(s, low, top), np.where(np.isinf(wanted), low, at_once))
     limit = None
     if strength is not None:
         found, reason, limit = _or_breakdown(found, reason, film, wanted, strength_of(strength), rtol)
@@ -222,8 +241,8 @@ def allowable_rate(
     slowest = _SLOWEST_FOLLOWED if has_dead_load(film) else SLOWEST
     low, high = np.full_like(m, np.log(slowest)), np.full_like(m, np.log(FASTEST))
     slow, fast = (reaches(log_rate, wanted, *film.values()) for log_rate in (low, high))
-    threshold, at_once = _fields_of(film)
-    farthest = solve_auto(Step(), {"field": threshold * _JUST_ABOVE, **film}, tight).critical_stretch
+    farthest = _farthest(film)
+    _, at_once = _fields_of(film)
     nearest = solve_auto(Step(), {"field": 2.0 * at_once, **film}, tight).critical_stretch
     always = wanted <= nearest
     inner = (slow > 0.0) & (fast < 0.0) & ~always

@@ -89,10 +89,12 @@ def first_passage(program: Program, cells: Cells, strength: StrengthOf, ends: En
         if not chosen.size:
             break
         own = _some(cells, chosen)
-        search = _Search(program, own, strength, Ends(*(array[chosen] for array in ends)), rtol, tolerance)
+        theirs = Ends(ends.survives[chosen], ends.stretch[chosen], ends.field[chosen])
+        search = _Search(program, own, strength, theirs, rtol, tolerance)
         search.run()
         accurate = search.error <= rtol
-        for mine, its in zip(found, search.found, strict=True):
+        found.limit[chosen[accurate]] = search.found.limit[accurate]
+        for mine, its in zip(found[1:], search.found[1:], strict=True):
             mine[chosen[accurate]] = its[accurate]
         open_[chosen[accurate]] = False
     return found
@@ -183,7 +185,7 @@ class _Search:
 
     def _time(self, film: npt.NDArray[np.int64], step: Array) -> Array:
         """Return the time at which recorded steps start."""
-        return self._start(film, step[STEP.CYCLE]) + (step[STEP.OFFSET_0] + step[STEP.T_0])
+        return np.asarray(self._start(film, step[STEP.CYCLE]) + (step[STEP.OFFSET_0] + step[STEP.T_0]))
 
     def _start(self, film: npt.NDArray[np.int64], completed: Array) -> Array:
         """Return the time at which a repetition starts."""

@@ -39,7 +39,8 @@ def trajectory(
     program : Program
         The loading program.
     time : number, 1-D array or DataArray along one dimension
-        When to look, in relaxation times since the loading began; at least 0. At 0 the field of a step is on.
+        When to look, in relaxation times since the loading began; at least 0. At the time of a jump, the state
+        after it: at 0 the field of a step is on.
     time_seconds : number, 1-D array or DataArray along one dimension
         The same in s, for a film, instead of `time`.
     modulus_ratio, prestretch, stress, material, thickness, **parameters
@@ -84,6 +85,9 @@ def trajectory(
     stretch[..., order], internal[..., order] = trace(program, grid.parameters, times.values[order], rtol)
     applied = field_at(program, grid.parameters, times.values)
     after = times.values > ds.time_to_failure.values[..., np.newaxis]
+    # A film that fails at a jump is not in equilibrium with the field after it.
+    at_failure = times.values == ds.time_to_failure.values[..., np.newaxis]
+    after |= at_failure & (np.abs(applied) > (1.0 + 2.0 * rtol) * ds.critical_field.values[..., np.newaxis])
     after |= (ds.time_to_failure.values == 0.0)[..., np.newaxis]
     results = {
         "stretch": stretch,

@@ -226,7 +226,7 @@ def field_at(program: Program, parameters: Parameters, times: Float) -> Float:
     Returns
     -------
     ndarray
-        Of the shape of the parameters and one dimension more; at the time of a jump, the field before it.
+        Of the shape of the parameters and one dimension more; at the time of a jump, the field after it.
     """
     shape = shape_of(program)
     if shape is not None:
@@ -258,9 +258,9 @@ def _field_of_cell(table: Table, values: Float, times: Float) -> Float:
     cycles = np.zeros(times.shape)
     if table.repeats != 1 and cycle > 0.0:
         most = math.inf if table.repeats < 0 else table.repeats - 1.0 - (table.once > 0)
-        cycles = np.clip(np.ceil((times - first) / cycle) - 1.0, 0.0, most)
+        cycles = np.clip(np.floor((times - first) / cycle), 0.0, most)
     local = times - cycles * cycle
-    piece = np.minimum(np.searchsorted(ends, local, side="left"), len(ends) - 1)
+    piece = np.minimum(np.searchsorted(ends, local, side="right"), len(ends) - 1)
     one, other, duration, period = values[piece].T
     elapsed = local - (ends[piece] - duration)
     part = elapsed / np.where(duration > 0.0, duration, 1.0)

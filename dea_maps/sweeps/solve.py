@@ -127,7 +127,9 @@ def solve(
         _prepare(_product_kernels(kernel), program.name, COMPILE_SECONDS_OF_PRODUCTS)
         _solve_product(own, choice, product is not None, outcome, result, on_cells, threads)
     else:
-        _prepare((kernel,), program.name, COMPILE_SECONDS[choice.method])
+        # The kernels of films under a dead load are as long as those of the longest method.
+        seconds = max(COMPILE_SECONDS.values()) if choice.dead_load else COMPILE_SECONDS[choice.method]
+        _prepare((kernel,), program.name, seconds)
         parts = cut(shape, CHUNK)
 
         def compute(number: int) -> int:
@@ -377,7 +379,7 @@ class Passages:
         self._kept[passage_rows.UNTIL] = self._once or table.kind.size
         if one_cycle and self._once:  # one like all that follow
             self._kept[passage_rows.PIECE], self._kept[passage_rows.UNTIL] = self._once, table.kind.size
-            end = repetition_starts(program, parameters, np.ones(size))
+            end = np.nextafter(repetition_starts(program, parameters, np.ones(size)), 0.0)
             self._kept[passage_rows.X] = field_at(program, parameters, end[:, np.newaxis])[:, 0]
         self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
         self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf

@@ -39,6 +39,8 @@ from .film import (
     stable_side,
 )
 
+# Eight nodes: the estimate of fewer may fall short of the error of a fresh film, and nodes are cheap here.
+LOWEST_RULE = 2
 # Types of the arguments of a sweep.
 SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int8[::1], float64[:, :]"
 
@@ -167,7 +169,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
                 p = modulus_ratio[cell] - 1.0
                 give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
                 w[quadrature.BEFORE, i] = 0.0
-                rule[i] = quadrature.first_rule(p, tolerance)
+                rule[i] = max(quadrature.first_rule(p, tolerance), LOWEST_RULE)
             for i in range(lanes):
                 w[INVERSE, i] = 1.0 / (w[START, i] * w[START, i])
                 w[FIRST, i], _ = first_d(
@@ -242,11 +244,17 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
                 w[INVERSE, i] = a
                 w[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
-                rule[i] = quadrature.first_rule(p, tolerance)
+                rule[i] = max(quadrature.first_rule(p, tolerance), LOWEST_RULE)
             prepare_holds(w)
             hold.integrate(w, rule, tolerance)
             for i in range(count):
-                status[cells[i]] = read_hold(w, i, field[cells[i]], cells[i], result)
+                cell = cells[i]
+                status[cell] = read_hold(w, i, field[cell], cell, result)
+                # Where all is over at once after a fast ramp, the rounding of r counts.
+                if reached[climb.REACHED_ROUNDING, cell] > tolerance * w[quadrature.TIME, i] + tolerance * (
+                    field[cell] / rate[cell]
+                ):
+                    status[cell] = BUDGET_SPENT
             count, following = next_cells(status, following, AT_END, cells)
 
     return solve_ramp_hold
@@ -279,6 +287,9 @@ def make_sweep(program: Program, lanes: int = LANES) -> Kernel:
                 result[CRITICAL_STRETCH, cell] = 1.0 / film[W_I, cell]
                 result[CRITICAL_INTERNAL_STRETCH, cell] = start[cell]
                 result[CRITICAL_FIELD, cell] = film[FIELD_I, cell]
+            elif status[cell] == BUDGET_SPENT:
+                for row in range(RESULTS):
+                    result[row, cell] = math.nan
             elif status[cell] == SURVIVES:
                 below = stable_side(-film[GAP_T, cell], film[W_T, cell], 1.0, 1.0, sigma[cell])
                 result[FINAL_STRETCH, cell] = 1.0 / (film[W_T, cell] + below)

@@ -81,16 +81,18 @@ LARGEST_TIGHTNESS = 1e16
 DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
 ITERATIONS = 12
-# Cycles that a cell is taken through one by one, in all.
+# Passages through a cycle of a cell, in all; and iterations of an interpolant that cost about as much as one.
 CYCLES = 20_000
+PER_PASSAGE = 100.0
 # Passages from points of ranges of r that go on side by side.
 ROOM = 64 * NODES
 # Cycles one by one before many are tried, and again after a range that was too short.
 BEFORE_MANY = 8
 # Cycles that a range must hold to be worth its passages.
 WORTH = 1.5 * NODES
-# Load held at the end, over the largest of a relaxed film, up to which the time to failure is an integral.
-SLOWLY = 1.1
+# Part of the load held at the end by which it exceeds the largest of a relaxed film, up to which the time to failure is
+# an integral.
+SLOWLY = 0.1
 # Part of the way to an r whose cycle is not survived that a range of r may take.
 ROOM_BELOW = 0.9
 # Error of the number of cycles allowed in one range.
@@ -117,7 +119,7 @@ PROVED = 16  # r came back no larger from a cycle on the cell's own way
 NEXT_SAMPLING = 17
 WIDTH = 18  # of the range of r, negative where r falls
 FIRST_NODE = 19
-ONE_BY_ONE = 20  # cycles
+ONE_BY_ONE = 20  # passages through a cycle
 USUAL_STEP = 21  # first step of a cycle, and its change of r
 USUAL_CHANGE = 22
 FAILING = 23  # least r known whose cycle is not survived
@@ -130,7 +132,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     finish = make_finish(law, waves, lanes)
     time_held = make_time_held(law)
     critical, load, stretch, relaxed_at, ends = law.critical, law.load, law.stretch, law.relaxed_at, law.ends
-    start_at, flow = law.begin, law.flow
+    start_at, flow, surplus = law.begin, law.flow, law.excess
     field_in, field_rate = waves.field, waves.rate
 
     @device
@@ -218,10 +220,6 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         result[LARGEST_STRETCH, cell] = stretch(min(notes[LIMIT_LEAST, cell], notes[LARGEST, cell]))
 
     @device
-    def load_carried(r, p, sigma):
-        return load(r, p, sigma, critical(r, p, sigma))
-
-    @device
     def root_of(series, low, high):
         """Return where in [low, high], parts of the range, a series falls below zero."""
         for _ in range(50):
@@ -253,6 +251,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             good += 1
         allowed = kept[TIGHTNESS, cell]
         change = abs(notes[LAST_CHANGE, cell])
+        notes[ONE_BY_ONE, cell] += NODES
         following = 0.0
         if good < NODES:
             following = max(0.7 * width * POINTS[good - 1] if good > 0 else 0.0, 0.1 * width)
@@ -272,7 +271,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 notes[PURPOSE, cell] = FIXING
                 return 0.0
             most = repeats - 1.0 - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
-            s, cycles, grown, gathered = advance(series, width, floor, most)
+            s, cycles, grown, gathered, singles = advance(series, width, floor, most)
+            notes[ONE_BY_ONE, cell] += singles / PER_PASSAGE
             here = evaluate(series, CHANGE, 2.0 * s / width - 1.0)
             stopped = not here > floor
             if stopped and repeats == ENDLESS:
@@ -386,10 +386,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 r = kept[BASE, cell] + kept[Y, cell]
                 if purpose == SAMPLING:
                     excess = use_samples(kept, notes, state, cell, repeats, values, series)
+                    if notes[ONE_BY_ONE, cell] >= CYCLES:
+                        status[cell] = BUDGET_SPENT
+                        continue
                     if excess > 0.0:
                         verdict = FAILED
                     elif notes[PURPOSE, cell] == FIXING:
                         notes[ITERATION, cell] = 0.0
+                        notes[TRIED, cell] = 0.0
                         set_cycle(
                             kept,
                             notes,
@@ -435,16 +439,12 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         # The load held at the end decides.
                         held = abs(E)
                         top = critical(1.0, 0.0, sigma)
-                        largest = load(1.0, 0.0, sigma, top)
+                        gap = surplus(sigma, held, top)
                         e = CRITICAL_LOAD * held * held
-                        carried = held <= 1.0 if sigma == 0.0 else e <= largest
-                        close = sigma > 0.0 and abs(e - largest) <= 8.0 * EPSILON * largest
+                        carried = gap <= 0.0
                         stable, unstable = relaxed_at(sigma, held, top)
                         ratio = stretch(unstable)
                         turning = ratio * ratio
-                        if close:
-                            status[cell] = BUDGET_SPENT
-                            continue
                         excess = kept[DOUBT, cell] / DOUBTFUL
                         if carried:
                             error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
@@ -453,12 +453,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
-                        elif (
-                            not carried
-                            and e <= SLOWLY * largest
-                            and e < load_carried(r, p[cell], sigma)
-                            and p[cell] > ELASTIC
-                        ):
+                        elif not carried and gap <= SLOWLY * e and p[cell] > ELASTIC:
                             # It fails slowly under the load held.
                             notes[COMPLETED, cell] -= 1.0
                             x = start_at(r, p[cell], sigma, held)
@@ -524,6 +519,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
+                            notes[TRIED, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
                             set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
@@ -550,6 +546,11 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     noise = error + EPSILON * start
                     if failed:
                         notes[FAILING, cell] = min(notes[FAILING, cell], start)
+                    if purpose == PROVING and change > error and notes[TRIED, cell] < 4.0 and not vain:
+                        # Still before the fixed point: one more iterate.
+                        notes[TRIED, cell] += 1.0
+                        notes[PURPOSE, cell] = FIXING
+                        purpose = FIXING
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
@@ -567,15 +568,15 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if not (slope < 0.0) or not (slope > -1.0):
                             slope = ratio - 1.0
                         following = start - change / slope
+                        apart = 0.05 * tolerance if notes[TRIED, cell] == 0.0 else 4.0 * EPSILON
                         notes[LAST_R, cell] = start
                         notes[LAST_CHANGE, cell] = change
                         if not slope < 0.0:
                             vain = True
-                        elif abs(following - start) <= 0.05 * tolerance * start or abs(change) <= noise:
+                        elif abs(following - start) <= apart * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
-                            notes[TRIED, cell] = 0.0
                             beside = max(following, start) + 4.0 * noise / -slope
                             set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
                             state[cell] = READY

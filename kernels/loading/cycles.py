@@ -33,6 +33,9 @@ PART = 0.5
 # Cycles in a step of the flow, at least.
 FEW = 8.0
 
+# Cycles iterated one by one in a range, at most: some milliseconds. Where more are left the next range begins there.
+SINGLES = 100_000
+
 # Rows of the coefficients: of d and of its first two derivatives by r.
 CHANGE, SLOPE, BEND = range(3)
 
@@ -94,10 +97,12 @@ def advance(series, width, floor, most):
         What an error at the start has become, over itself.
     gathered : float
         The error at the end over an error in d, the same in every cycle.
+    singles : int
+        How many cycles were iterated one by one.
     """
-    s, cycles, grown, gathered = 0.0, 0.0, 1.0, 0.0
+    s, cycles, grown, gathered, singles = 0.0, 0.0, 1.0, 0.0, 0
     scale = 2.0 / width
-    while s < width and cycles < most:
+    while s < width and cycles < most and singles < SINGLES:
         x = scale * s - 1.0
         d = evaluate(series, CHANGE, x)
         if not d > floor:
@@ -138,4 +143,5 @@ def advance(series, width, floor, most):
             gathered = gathered * (1.0 + slope) + 1.0
             grown = grown * (1.0 + slope)
             cycles += 1.0
-    return s, cycles, grown, gathered
+            singles += 1
+    return s, cycles, grown, gathered, singles

@@ -22,6 +22,7 @@ from .rows import (
     BARRED,
     BASE,
     COUNT,
+    DOUBT,
     ERROR,
     FELL,
     HELD,
@@ -260,6 +261,9 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                     kept[TIME_ERROR, passage] = w[OF_TIME, i]
                     kept[ERROR, passage] = w[OF_STATE, i]
                     kept[ROUNDING, passage] = 0.0
+                    # Whether it failed before the end of the piece.
+                    doubt = w[OF_TIME, i] / (w[DURATION_, i] - w[TIME, i] + 1e-300)
+                    kept[DOUBT, passage] = max(kept[DOUBT, passage], doubt)
                     kept[LEAST, passage] = min(kept[LEAST, passage], w[LOW, i])
                     kept[MOST, passage] = max(kept[MOST, passage], w[HIGH, i])
                 else:

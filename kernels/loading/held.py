@@ -41,7 +41,7 @@ def make_time_held(law: Law) -> Callable[..., Any]:
 
     @device
     def time_held(x, p, sigma, field, top, tolerance):
-        gap, doubt = excess(sigma, field, top)
+        gap = excess(sigma, field, top)
         # The instability, D = 0, between no u at all and the start.
         low, high = -top * (1.0 - 1e-6), x - top
         below, _, _, _ = state(low, gap, p, sigma, top)
@@ -81,6 +81,6 @@ def make_time_held(law: Law) -> Callable[..., Any]:
             parts *= 2
             if abs(fine - coarse) <= tolerance * fine:
                 break
-        return fine, r, abs(fine - coarse) / fine + doubt + 16.0 * EPSILON
+        return fine, r, abs(fine - coarse) / fine + 16.0 * EPSILON
 
     return time_held

@@ -12,6 +12,7 @@ with one. The right-hand side in time is F(r, x(r, e)), a scalar equation; x is 
 """
 
 from collections.abc import Callable
+from decimal import Decimal
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ import numpy as np
 from .._jit import device
 from ..model import CRITICAL_LOAD, CRITICAL_U, deficit, instant_gap, relative_u
 
+# What the double falls short of (3/4) 4**(-1/3).
+CRITICAL_LOAD_REST = float(Decimal("0.4724703937105774367877039777") - Decimal(CRITICAL_LOAD))
 # The iterations of `settle` are cubic: what the last one leaves must not exceed this, relative to x.
 UNSETTLED = 1e-15
 # Above this p, or above Ec, the flow is computed from the load, which keeps it accurate relative to itself near Ec.
@@ -56,8 +59,8 @@ class Law(NamedTuple):
     stretch : callable
         ``stretch(x)``: lambda.
     excess : callable
-        ``excess(sigma, field, top) -> gap, doubt``: load above the largest of a relaxed film, which has the unknown
-        ``top``, and half the relative error of that.
+        ``excess(sigma, field, top)``: load above the largest of a relaxed film, which has the unknown ``top``, accurate
+        relative to itself.
     lacking : callable
         ``lacking(sigma, top, d)``: what the load of a relaxed film lacks of its largest at ``top + d``, uncancelled.
     curvature : callable
@@ -212,7 +215,7 @@ def _free_stretch(x):
 
 @device
 def _free_excess(sigma, field, top):
-    return CRITICAL_LOAD * (field - 1.0) * (field + 1.0), 0.0
+    return CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
 
 
 @device
@@ -392,10 +395,43 @@ def _loaded_stretch(x):
 
 
 @device
+def _product(a, b):
+    """Return a b and its rounding error (Dekker 1971)."""
+    whole = a * b
+    high_a = a * 134217729.0
+    high_a = high_a - (high_a - a)
+    high_b = b * 134217729.0
+    high_b = high_b - (high_b - b)
+    low_a, low_b = a - high_a, b - high_b
+    return whole, ((high_a * high_b - whole) + high_a * low_b + low_a * high_b) + low_a * low_b
+
+
+@device
+def _sum(a, b):
+    """Return a + b and its rounding error (Knuth)."""
+    whole = a + b
+    part = whole - a
+    return whole, (a - (whole - part)) + (b - part)
+
+
+@device
 def _loaded_excess(sigma, field, top):
-    e = CRITICAL_LOAD * field * field
-    gap = e - _loaded_load(1.0, 0.0, sigma, top)
-    return gap, 4.0 * 2.0**-52 * e / gap
+    """Terms of order one that cancel next to the largest load, in twice the precision."""
+    square, square_rest = _product(field, field)
+    e, e_rest = _product(CRITICAL_LOAD, square)
+    e_rest += CRITICAL_LOAD * square_rest + CRITICAL_LOAD_REST * square
+    u, u_rest = _product(top, top)
+    cube, cube_rest = _product(u, top)
+    pull, pull_rest = _product(sigma, cube)
+    pull_rest += sigma * (cube_rest + u_rest * top)
+    fourth, fourth_rest = _product(u, u)
+    fourth_rest += 2.0 * u * u_rest
+    eighth, eighth_rest = _product(fourth, fourth)
+    eighth_rest += 2.0 * fourth * fourth_rest
+    one, one_rest = _sum(e, -u)
+    two, two_rest = _sum(one, eighth)
+    three, three_rest = _sum(two, pull)
+    return three + (one_rest + two_rest + three_rest + e_rest - u_rest + eighth_rest + pull_rest)
 
 
 @device

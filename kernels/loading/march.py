@@ -42,6 +42,7 @@ from .rows import (
     NEW,
     NEW_X,
     OFFSET,
+    PENDING,
     PIECE,
     RATE_OF_X,
     READY,
@@ -90,7 +91,7 @@ RELAXATIONS = 40.0
 UNEVEN = 0.2
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
-# Error of r in a step that always passes: below rounding.
+# Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
 FLOOR = 1e-17
 
 
@@ -220,7 +221,8 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             r = w[BASE, i] + y
             flow = w[LAST, i]
             change = abs(y) + abs(length * w[SLOPES, i])
-            scale = min(abs(r), max(change, max(w[SCALE, i], FLOOR * w[TIGHTNESS, i])))
+            least = min(FLOOR, EPSILON * w[SCALE, i]) if w[SCALE, i] > 0.0 else FLOOR
+            scale = min(abs(r), max(change, max(w[SCALE, i], least * w[TIGHTNESS, i])))
             rough, fine = errors(w, i, length / scale)
             E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             rate = field_rate(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
@@ -276,8 +278,14 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[ERROR, i] = carried if accepted else w[ERROR, i]
             w[ROUNDING, i] = rounding if accepted else w[ROUNDING, i]
             w[GAIN, i] += growing if accepted else 0.0
-            doubt = max(w[DOUBT, i], total_error(carried, rounding) * fragility / s1)
-            w[DOUBT, i] = doubt if accepted else w[DOUBT, i]
+            # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
+            # Of one within the step the distance is at least that where the tangents meet.
+            turned = (m0 < 0.0) & (m1 > 0.0)
+            nearest = min(s0 + m0 * meet, s1) if turned else s1
+            doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
+            past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
+            w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
+            w[PENDING, i] = doubt if accepted else w[PENDING, i]
             w[T, i] = w[T, i] + length if accepted else w[T, i]
             w[Y, i] = y if accepted else w[Y, i]
             w[X, i] = x if accepted else w[X, i]
@@ -388,8 +396,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         w[Q, i] = q
         w[GROWTH, i] = growth
         w[RATE_OF_X, i] = rate_of_x
-        error = total_error(w[ERROR, i], w[ROUNDING, i])
-        w[DOUBT, i] = max(w[DOUBT, i], error * fragility / (d * d))
+        w[PENDING, i] = total_error(w[ERROR, i], w[ROUNDING, i]) * fragility / (d * d)
 
     @device
     def enter(kind, scale, source, columns, cell, w, i, E):
@@ -438,6 +445,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
     @device
     def go_on(kind, scale, source, columns, cell, w, i):
         E = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
+        w[DOUBT, i] = max(w[DOUBT, i], w[PENDING, i])
         w[OFFSET, i] += w[DURATION, i]
         w[PIECE, i] += 1.0
         return enter(kind, scale, source, columns, cell, w, i, E)

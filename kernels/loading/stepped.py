@@ -292,6 +292,11 @@ def make_stepped(form: Form, tableau: Tableau, control: Callable[..., Any]) -> K
                     largest = max(largest, extremes[0])
                     if failed:
                         largest = max(largest, write_failure(w, state, time, result, cell))
+                        if not largest < math.inf:  # a step leapt over the instability, and further steps went nowhere
+                            for row in range(RESULTS):
+                                result[row, cell] = math.nan
+                            verdict = BUDGET_SPENT
+                            continue
                         result[LARGEST_STRETCH, cell] = largest
                         verdict = FAILED if time > 0.0 else FAILS_AT_ONCE
                         if repeats != 1 and time > 0.0:

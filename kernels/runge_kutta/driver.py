@@ -36,7 +36,7 @@ from .tableaus import Tableau
 def first_step(w, i):
     """Return the length of a first step, from the derivatives at the state."""
     # 1 % of what changes a state by itself, and the field by its scale; in a steady state, some length. The step
-    # control corrects it: the choice bears on the cost of the first few steps alone.
+    # control corrects it: the choice affects the cost of the first few steps alone.
     fastest = max(abs(w[SLOPE, i] * w[SLOPES + TIME, i]), 1e-12)
     for state in range(TIME + 1, STATES):
         fastest = max(fastest, abs(w[SLOPES + state, i] / w[STATE + state, i]))

@@ -99,6 +99,10 @@ def test_what_is_implausible_is_a_caution(capsys):
     captured = capsys.readouterr()
     assert "Caution: thickness = 100 m is implausible, above 0.01 m: is it in um or mm?" in captured.out
     assert "warning" not in captured.err
+    assert main(["ask", "--thickness", "100", "--hold", "1s"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.count("Caution: thickness") == 1
+    assert "warning" not in captured.err
 
 
 @pytest.mark.parametrize(

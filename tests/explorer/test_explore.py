@@ -33,6 +33,11 @@ def step_map():
     return dm.sweep(dm.Step(), field=FIELD, modulus_ratio=[2.0, 3.0, 4.0, 5.0])
 
 
+def legend_of(html):
+    """Return the legend of the map, which names the outcomes that are on it."""
+    return html[html.index('<p class="legend">') : html.index('<div id="map"')]
+
+
 def words_of(html):
     """Return what can be read on a page, without scripts and styles."""
     body = html[html.index("<main>") : html.index("</footer>")]
@@ -53,9 +58,8 @@ def test_a_page_says_how_to_read_it_and_whence_it_is(cube):
     html = draw(cube)
     words = words_of(html)
     assert "The slider changes the modulus ratio" in words
-    legend = html[html.index('<p class="legend">') : html.index('<div id="map"')]
-    assert "survives" in legend
-    assert "fails at once" not in legend
+    assert "survives" in legend_of(html)
+    assert "fails at once" not in legend_of(html)
     assert "All 405 cells of the map are shown" in words
     assert "rtol = 1e-06" in words
     assert f"Made by dea_maps {dm.__version__} from a map. dea_maps {dm.__version__}: ramp_hold, field=15 val" in words
@@ -120,7 +124,7 @@ def test_what_fails_at_once_or_is_unresolved_has_no_curve(step_map):
     assert set(outcome) == {0, 1, 2, 3}
     assert (curves.span[outcome >= 2] == 0).all()
     assert (curves.span[outcome < 2] > 0).all()
-    assert "unresolved" in words_of(draw(ds))
+    assert "unresolved" in legend_of(draw(ds))
 
 
 def test_films_that_take_too_long_have_no_curve(cube, monkeypatch):

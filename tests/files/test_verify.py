@@ -190,3 +190,11 @@ def test_what_is_not_there_is_named(path):
     path.write_text("a note")
     with pytest.raises(ValueError, match=f"{path} is not a map"):
         dm.open(path)
+
+
+def test_a_repeated_program_with_every_outcome_is_opened(tmp_path):
+    ds = dm.sweep(dm.PulseTrain(), field=[0.9, 1.5, 2.5], period=1.0, duty=0.5, modulus_ratio=4.0)
+    assert ds.outcome.values.tolist() == [0, 1, 2]
+    ds.to_netcdf(tmp_path / "map.nc")
+    with dm.open(tmp_path / "map.nc") as opened:
+        xr.testing.assert_identical(opened.load(), ds)

@@ -87,6 +87,23 @@ PROGRAMS = {
         ],
         False,
     ),
+    "ratchet": (
+        lambda field, rise, hold, fall: [
+            linear(0.6 * field, field, rise),
+            linear(field, field, hold),
+            linear(field, 0.6 * field, fall),
+        ],
+        True,
+    ),
+}
+
+#: Pieces of the first repetition, of a program whose others begin at another field than zero.
+FIRST = {
+    "ratchet": lambda field, rise, hold, fall: [
+        linear(0, field, rise),
+        linear(field, field, hold),
+        linear(field, 0.6 * field, fall),
+    ],
 }
 
 
@@ -198,7 +215,7 @@ def end_field(piece: Piece) -> float:
     return piece[0] + piece[1] * piece[4]
 
 
-def solve(formulation, pieces, repeated, m, prestretch):
+def solve(formulation, pieces, repeated, m, prestretch, first=None):
     """Return outcome, time, r, field, final stretch, cycles of a program; None where it takes too many cycles."""
     p, pre = Real(m) - 1, Real(prestretch)
     sigma = Real(prestretch - prestretch**-5)
@@ -216,12 +233,12 @@ def solve(formulation, pieces, repeated, m, prestretch):
     total, earlier = Real(0), r
     for cycle in range(CYCLES):
         before = r
-        failed, time, r, field = passage(formulation, pieces, r, p, sigma)
+        failed, time, r, field = passage(formulation, pieces if cycle or not first else first, r, p, sigma)
         if failed:
             outcome = FAILS_AT_ONCE if time + total == 0 else FAILS_LATER
             return outcome, total + time, r, field, None, cycle
         total += time
-        if r - before <= 1e-15 * r:
+        if (cycle or not first) and r - before <= 1e-15 * r:
             return SURVIVES, None, None, None, None, None
         if cycle % 20 == 19:
             # Certificate: the map of a cycle is increasing; no film gets past an r1 that comes back no larger.
@@ -252,7 +269,8 @@ def certify(program: str, m: float, prestretch: float, arguments: tuple[float, .
     """Return the row of a point, or None where it is not certified or takes too many cycles."""
     make, repeated = PROGRAMS[program]
     pieces = make(*arguments)
-    found = [solve(formulation, pieces, repeated, m, prestretch) for formulation in "AB"]
+    first = FIRST[program](*arguments) if program in FIRST else None
+    found = [solve(formulation, pieces, repeated, m, prestretch, first) for formulation in "AB"]
     if None in found or found[0][0] != found[1][0] or found[0][5] != found[1][5]:
         return None
     a, b = found
@@ -290,7 +308,8 @@ def threshold(program: str, m: float, prestretch: float, scaled) -> float | None
     low, high = 0.2, 2.0 * math.sqrt(m)
     while high - low > 1e-9 * low:
         middle = 0.5 * (low + high)
-        found = solve("A", make(*scaled(middle)), repeated, m, prestretch)
+        first = FIRST[program](*scaled(middle)) if program in FIRST else None
+        found = solve("A", make(*scaled(middle)), repeated, m, prestretch, first)
         if found is None:  # too many cycles: beside a tangent
             return middle if high - low < 1e-3 * low else None
         low, high = (middle, high) if found[0] == SURVIVES else (low, middle)
@@ -321,19 +340,57 @@ def points(program: str) -> Iterator[tuple[str, float, float, tuple[float, ...]]
             yield kind, m, prestretch, scaled((at or 1.0 / prestretch) * (1.0 + gap))
 
 
+def far_points(program: str) -> Iterator[tuple[str, float, float, tuple[float, ...]]]:
+    """Yield points of the whole region: modulus ratios to 1000, pre-stretches to 6, short and long times."""
+    random = np.random.default_rng([SEED + 1, *program.encode()])
+    while True:
+        m = float(np.exp(random.uniform(0.0, math.log(1000.0))))
+        prestretch = 1.0 if random.random() < 0.5 else float(random.uniform(1.0, 6.0))
+        times = [float(x) for x in 10 ** random.uniform(-4.0, 3.0, 3)]
+        share = float(random.uniform(0.5, 1.0))
+        p, r, sigma = Real(m) - 1, Real(prestretch) ** 2, Real(prestretch - prestretch**-5)
+        relaxed, instant = (float(carried_field(r, ratio, sigma)) for ratio in (Real(0), p))
+        field = relaxed * (1.3 * max(instant / relaxed, 1.0)) ** float(random.uniform(-0.05, 1.0))
+        if program == "overdrive":
+            yield "far", m, prestretch, (field, times[0], share * field)
+        elif program == "biased_sine":
+            yield "far", m, prestretch, (share * field, (1.3 - share) * field, times[0])
+        else:
+            yield (
+                "far",
+                m,
+                prestretch,
+                (field, *times[: {"pulse": 1, "triangle_train": 1, "pulse_train": 2}.get(program, 3)]),
+            )
+
+
+def carried_field(r: Real, p: Real, sigma: Real) -> Real:
+    """Return the largest field that a film carries."""
+    w = _mp(unknown(r, p, sigma, Real(0))[1])
+    return _real(
+        mp.sqrt(((1 + _mp(p) / _mp(r)) * w**2 - (1 + _mp(p) * _mp(r) ** 2) * w**8 - _mp(sigma) * w**3) / _mp(E_C))
+    )
+
+
 def generate() -> None:
     """Compute the table and write it."""
     rows = []
     for program in PROGRAMS:
         mine = []
-        for kind, m, prestretch, arguments in points(program):
-            row = certify(program, m, prestretch, arguments)
-            if row is not None:
-                mine.append(row | {"kind": kind})
-            if len(mine) == 63:
-                break
+        for wanted, source in ((63, points), (85, far_points)):
+            for kind, m, prestretch, arguments in source(program):
+                row = certify(program, m, prestretch, arguments)
+                if row is not None:
+                    mine.append(row | {"kind": kind})
+                if len(mine) == wanted:
+                    break
         print(program, len(mine), file=sys.stderr, flush=True)
         rows += mine
+    write(rows)
+
+
+def write(rows: list[dict[str, str]]) -> None:
+    """Write the table."""
     lines = [",".join(COLUMNS)] + [",".join(row.get(name, "") for name in COLUMNS) for row in rows]
     body = "\n".join(lines) + "\n"
     head = (

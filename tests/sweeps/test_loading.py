@@ -15,7 +15,7 @@ from dea_maps.programs import (
     TriangleTrain,
     Waveform,
 )
-from dea_maps.sweeps.loading import field_at, table_of
+from dea_maps.sweeps.loading import field_at, loading_time, table_of
 
 VALUES = {
     "field": 1.2, "rate": 0.5, "hold_time": 2.0, "fall_rate": 2.0, "width": 1.5, "overdrive_field": 1.8,
@@ -64,6 +64,20 @@ def test_a_sequence_repeated_some_times_holds_its_last_field():
     program = Sequence([Jump("x"), Hold(1.0), Jump(0.5), Hold(1.0)], repeat=3)
     got = found(program, np.array([0.5, 1.5, 4.5, 5.5, 6.5, 99.0]), x=2.0)
     np.testing.assert_allclose(got, [2.0, 0.5, 2.0, 0.5, 0.5, 0.5])
+
+
+def test_a_repetition_begins_at_the_field_reached():
+    program = Sequence([Linear("x", time=1.0), Hold(1.0), Linear(0.5, rate=1.5)], repeat=2)
+    times = np.array([0.5, 1.5, 2.5, 3.0, 3.5, 4.5, 5.5, 6.5])
+    np.testing.assert_allclose(found(program, times, x=2.0), [1.0, 2.0, 1.25, 0.5, 1.25, 2.0, 1.25, 0.5])
+    assert loading_time(program, {"x": np.array([2.0]), "modulus_ratio": np.array([4.0])}) == 6.0
+
+
+def test_a_repeated_hold_stays_at_the_field_reached():
+    program = Sequence([Hold(1.0), Jump("x"), Hold(1.0)], repeat=True)
+    np.testing.assert_allclose(found(program, np.array([0.5, 1.5, 2.5, 9.5]), x=2.0), [0.0, 2.0, 2.0, 2.0])
+    train = Sequence([Jump("x"), Hold(1.0), Jump(0.0), Hold(1.0)], repeat=True)
+    assert (table_of(program).once, table_of(train).once) == (2 + 1, 0)
 
 
 def test_a_sine_begins_at_the_field_reached():

@@ -27,7 +27,8 @@ def scattered(axes):
 
 
 def choice_of(program=None, **given):
-    return Request(dm.RampHold() if program is None else program, given).planned().choice
+    how = {name: given.pop(name) for name in ("rtol", "method", "formulation", "step") if name in given}
+    return Request(dm.RampHold() if program is None else program, given, **how).planned().choice
 
 
 @pytest.fixture(scope="module")

@@ -160,3 +160,23 @@ def test_a_ramp_that_holds_comes_to_rest_after_its_end():
     ds = dm.trajectory(dm.RampHold(), time=[50.0, 1e4, 1e9], field=0.8, rate=1e-3, modulus_ratio=5.0, rtol=1e-9)
     assert ds.stretch.values[0] < 1.01
     assert ds.stretch.values[1:] == pytest.approx(ds.final_stretch.item(), rel=1e-9)
+
+
+def test_at_a_jump_the_state_after_it():
+    given = {"field": 1.1, "period": 1.0, "duty": 0.5, "modulus_ratio": 4.0}
+    times = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+    train = dm.trajectory(dm.PulseTrain(), time=times, **given)
+    np.testing.assert_array_equal(train.applied_field, [1.1, 0.0, 1.1, 0.0, 1.1])
+    np.testing.assert_allclose(
+        train.stretch, dm.trajectory(dm.PulseTrain(), time=times + 1e-9, **given).stretch, rtol=1e-6
+    )
+    overdrive = dm.trajectory(
+        dm.Overdrive(), time=[0.25, 0.5, 0.75], overdrive_field=1.4, overdrive_time=0.5, field=0.5, modulus_ratio=4.0
+    )
+    np.testing.assert_array_equal(overdrive.applied_field, [1.4, 0.5, 0.5])
+    jump = dm.Sequence([dm.Jump(1.0), dm.Hold(0.5), dm.Jump(3.0), dm.Hold(1.0)])
+    failed = dm.trajectory(jump, time=[0.25, 0.5], modulus_ratio=4.0)
+    assert failed.time_to_failure == 0.5
+    assert np.isfinite(failed.stretch.values[0])
+    assert np.isnan(failed.stretch.values[1])
+    assert np.isnan(failed.margin.values[1])
