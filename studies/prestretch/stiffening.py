@@ -52,6 +52,15 @@ def last_prestretch(limit: float) -> float:
     return float(brentq(least, 1.0, 0.9 * locking_stretch(limit), xtol=1e-10))
 
 
+def prestretch_off(limit: float, share: float) -> float:
+    """Return the pre-stretch at which the field is higher than the neo-Hookean one by a share of that."""
+
+    def over(prestretch: float) -> float:
+        return instability(prestretch, limit)[1] / instability(prestretch, np.inf)[1] - 1.0 - share
+
+    return float(brentq(over, 1.0, last_prestretch(limit) - 1e-4, xtol=1e-6))
+
+
 def frame_tension(prestretch: NDArray) -> NDArray:
     """Return the field over ``Ec`` at which a relaxed film held at a pre-stretch loses its tension."""
     return np.sqrt(prestretch**-2 - prestretch**-8) / CRITICAL_FIELD
