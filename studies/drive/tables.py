@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import check
 import design
 import numpy as np
 import xarray as xr
@@ -69,6 +70,19 @@ def decision(nominal: dm.Material, weak: dm.Material, strong: dm.Material, point
     ]
     title = f"The decision: pre-stretch {prestretch:g}, {voltage:.0f} V for {duty * design.PERIOD:g} s of every "
     table(f"{title}{design.PERIOD:g} s ({per_cent(duty)})", ["", "as fitted", "weakest", "strongest"], rows)
+
+
+def agreement(material: dm.Material, point: tuple[float, float, float]) -> None:
+    """Print the limit cycle, by the package and by SciPy."""
+    voltage, duty, prestretch = point
+    ds = design.swept(material, np.array([voltage]), np.array([duty]), prestretch).isel(case=0)
+    most, least, pulses = check.limit_cycle(material, voltage, duty, prestretch)
+    rows = [
+        ["largest area strain", f"{float(ds.steady_area_strain_max):.7f}", f"{most:.7f}"],
+        ["smallest", f"{float(ds.steady_area_strain_min):.7f}", f"{least:.7f}"],
+    ]
+    heads = ["limit cycle, as fitted", f"rtol {design.RTOL:g}", f"SciPy, {pulses} pulses"]
+    table("Agreement", heads, rows)
 
 
 def margins(ds: xr.Dataset) -> None:
