@@ -42,7 +42,7 @@ def main() -> None:
     weak = design.film(fit.material, **design.off(**design.WEAKENS))
     strong = design.film(fit.material, **design.off(**{name: -sign for name, sign in design.WEAKENS.items()}))
 
-    among = design.candidates(nominal, weak, (1.5,) if quick else (1.0, 1.1, 1.25, 1.5), 4 if quick else 21)
+    among = design.candidates(nominal, weak, (1.5,) if quick else (1.0, 1.1, 1.25, 1.5), 3 if quick else 21)
     point = voltage, duty, prestretch = design.decided(among, nominal, weak)
     charts.candidates(among, point, design.stroke(nominal, *point), folder / "prestretch.png")
     tables.candidates(among)
