@@ -93,7 +93,7 @@ UNEVEN = 0.2
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
 FLOOR = 1e-17
-# The same over the length of the step: of what rounding of dr/dT, a difference of numbers near 1, leaves in an estimate.
+# The same over the length of the step: what rounding of dr/dT, a difference of numbers near 1, leaves in an estimate.
 UNCERTAIN = EPSILON
 
 
