@@ -5,7 +5,7 @@ The public names; every other module is private::
     Step, Ramp, RampHold, Pulse, Trapezoid, Overdrive         loading programs
     PulseTrain, TriangleTrain, BiasedSine, Waveform           loading programs that may be repeated
     Sequence of Hold, Linear, Jump, Sine; Share               programs of one's own, from pieces
-    sweep, sweep_to_netcdf, open                              maps, in memory and in files
+    sweep, sweep_to_netcdf, open, merge                       maps, in memory and in files
     trajectory, general_trajectory, LoadHistory               films in time, also under unequal stresses
     methods                                                   how a sweep is computed
     allowable, allowable_field, allowable_rate                inverse questions
@@ -66,6 +66,7 @@ __all__ = [
     "explore",
     "fit_uniaxial",
     "general_trajectory",
+    "merge",
     "methods",
     "open",
     "physical",
@@ -108,6 +109,7 @@ if TYPE_CHECKING:
         Waveform,
     )
     from .runs.maps import sweep
+    from .runs.merge import merge
     from .runs.trajectories import trajectory
     from .sweeps.methods import methods
 else:
@@ -141,6 +143,7 @@ else:
         "explore": "explorer.export",
         "fit_uniaxial": "materials.fit",
         "general_trajectory": "general.run",
+        "merge": "runs.merge",
         "methods": "sweeps.methods",
         "open": "files.verify",
         "physical": "materials.si_units",

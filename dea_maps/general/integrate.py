@@ -180,7 +180,7 @@ def follow(rows: Array, loading: Loading, duration: float, p: float, rtol: float
                     nodes[-1] = s
                     states[-1] = last
                     gap = last[TIME] - line.target
-                    if abs(gap) <= _CLOSE * rtol * line.scale:
+                    if duration < inf and abs(gap) <= _CLOSE * rtol * line.scale:
                         last[TIME] = line.target
                         return ended(last, "arrived", close=True)
                     if gap < 0.0:

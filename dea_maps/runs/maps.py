@@ -1,6 +1,8 @@
 """Sweeps in memory: every cell of a grid solved."""
 
 import os
+import warnings
+from collections.abc import Mapping
 from typing import NoReturn
 
 import xarray as xr
@@ -91,6 +93,8 @@ def sweep(
     ImplausibleWarning
         If a field is more than 100 times that at which films fail at once: it may be in V or V/m. Names what is
         implausible of the film, or in volts for it.
+    UserWarning
+        If a parameter is a dask array: it and the map are computed at once, in memory.
 
     Examples
     --------
@@ -103,6 +107,7 @@ def sweep(
     (354, 1.59)
     """
     given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
+    _warn_of_dask(given)
     plan = Request(program, given, rtol, method, formulation, step, material, thickness).planned()
     return of_film(computed(plan, progress), plan)
 
@@ -119,6 +124,18 @@ def of_film(ds: xr.Dataset, plan: Planned) -> xr.Dataset:
     if plan.film.limited:
         ds = breakdown(ds, plan.film.material.strength, rtol_of(plan.choice))
     return in_si(ds, *plan.film)
+
+
+def _warn_of_dask(given: Mapping[str, object]) -> None:
+    """Say that parameters on dask are computed now, to users who expect a map that is not computed yet."""
+    # What dask's own is_dask_collection asks; without dask nobody has such an array.
+    lazy = [name for name, value in given.items() if getattr(value, "__dask_graph__", lambda: None)() is not None]
+    if lazy:
+        message = (
+            f"{', '.join(lazy)} on dask: dm.sweep computes them and the whole map now, in memory; "
+            'dm.sweep_to_netcdf(..., engine="dask") computes it in parts into a file'
+        )
+        warnings.warn(message, UserWarning, stacklevel=3)
 
 
 def progress_bar(grid: Grid) -> "tqdm[NoReturn]":

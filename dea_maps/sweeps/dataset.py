@@ -121,6 +121,17 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         "numba_version": version("numba"),
         "numpy_version": np.__version__,
     }
+    return with_storage(ds)
+
+
+def with_storage(ds: xr.Dataset) -> xr.Dataset:
+    """Say how every variable of a data set is stored, in place, and return it.
+
+    Examples
+    --------
+    >>> with_storage(xr.Dataset({"x": ("cell", [1.0, 2.0])})).x.encoding["zlib"]
+    True
+    """
     for variable in ds.variables.values():
         variable.encoding = {**_storage(variable), "_FillValue": None}
     for array in ds.data_vars.values():

@@ -93,6 +93,8 @@ UNEVEN = 0.2
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
 FLOOR = 1e-17
+# The same over the length of the step: what rounding of dr/dT, a difference of numbers near 1, leaves in an estimate.
+UNCERTAIN = EPSILON
 
 
 @device
@@ -221,7 +223,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             r = w[BASE, i] + y
             flow = w[LAST, i]
             change = abs(y) + abs(length * w[SLOPES, i])
-            least = min(FLOOR, EPSILON * w[SCALE, i]) if w[SCALE, i] > 0.0 else FLOOR
+            least = min(FLOOR, max(EPSILON * w[SCALE, i], UNCERTAIN * length)) if w[SCALE, i] > 0.0 else FLOOR
             scale = min(abs(r), max(change, max(w[SCALE, i], least * w[TIGHTNESS, i])))
             rough, fine = errors(w, i, length / scale)
             E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])

@@ -152,7 +152,8 @@ def general(data: xr.Dataset, path: Path) -> None:
         ax.set(xscale="log", yscale="log", ylim=(5e-8, 1e7))
         ax.tick_params(labelsize=7, labelbottom=True)
         ax.grid(color="0.85", lw=0.4)
-    figure.supxlabel("requested rtol", fontsize=9)
+    for ax in axes[-1]:
+        ax.set_xlabel("requested rtol", fontsize=8)
     figure.supylabel("delivered error / rtol", fontsize=9)
     handles = [Line2D([], [], color=colour, marker=marker, lw=1.2, ms=4.5) for colour, marker in looks.values()]
     handles.append(Line2D([], [], color="0.3", marker="o", mfc="white", ms=3.5, lw=0.9, ls="--"))

@@ -26,7 +26,9 @@ PROGRAMS = {
     "triangle_train": dm.Sequence([dm.Linear("a", time="b"), dm.Linear(0.0, time="b")], repeat=True),
     "biased_sine": dm.Sequence([dm.Jump("a"), dm.Sine("b", "c")], repeat=True),
     "waveform": None,
+    "ratchet": dm.Sequence([dm.Linear("a", time="b"), dm.Hold("c"), dm.Linear("low", time="d")], repeat=True),
 }
+LOW = 0.6  # of its field: to which that of a ratchet falls
 
 
 def answers(program: str, rows: list[dict[str, str]], **asked: object) -> tuple[NDArray, NDArray]:
@@ -36,10 +38,14 @@ def answers(program: str, rows: list[dict[str, str]], **asked: object) -> tuple[
         parts = [_one_waveform(row, loaded, asked) for row in rows]
     else:
         names = ["modulus_ratio", *loaded, *PROGRAMS[program].parameters]
-        given = {name: xr.DataArray([float(row[name]) for row in rows], dims="film") for name in names}
+        given = {name: xr.DataArray([_value(row, name) for row in rows], dims="film") for name in names}
         parts = [dm.sweep(PROGRAMS[program], **given, **asked)]
     outcome = np.concatenate([np.atleast_1d(ds.outcome) for ds in parts])
     return outcome, np.array([np.concatenate([np.atleast_1d(ds[name]) for ds in parts]) for name in RESULTS])
+
+
+def _value(row: dict[str, str], name: str) -> float:
+    return LOW * float(row["a"]) if name == "low" else float(row[name])
 
 
 def _one_waveform(row: dict[str, str], loaded: list[str], asked: dict[str, object]) -> xr.Dataset:

@@ -52,6 +52,7 @@ def test_law_is_that_of_the_energy():
 
 
 CASES = [
+    ({"field": 1.001}, dm.Step(), {"field": 1.001}),  # long after the last change of a load
     ({"field": 1.01}, dm.Step(), {"field": 1.01}),
     ({"field": 1.2}, dm.Step(), {"field": 1.2}),
     ({"field": 1.9}, dm.Step(), {"field": 1.9}),

@@ -11,7 +11,9 @@ from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 import dea_maps as dm
 from dea_maps.limits.voltages import time_in_words
@@ -121,3 +123,24 @@ def test_page_on_actuators_gives_the_allowable_voltages():
         np.testing.assert_allclose([float(row[column].removesuffix(" V")) for row in said], found, atol=0.51)
     assert [row[3] for row in said] == ["breakdown"] * 3 + ["instability"] * 5
     assert dm.read_design(specification).sizes == {"film": 5, "holding_time": 20}
+
+
+def test_page_on_drive_gives_the_allowable_duties():
+    page = (STUDIES / "drive" / "README.md").read_text(encoding="utf-8")
+    (volts, seconds) = map(float, re.findall(r"\*\*(\d+) V for ([\d.]+) s of every minute", page)[0])
+    rows = dict(re.findall(r"^\| (allowable duty|margin of the duty) \| (.*?) \|$", page, re.MULTILINE))
+    said, margins = ([float(cell.rstrip(" %")) for cell in row.split(" | ")] for row in rows.values())
+    curves = xr.Dataset.from_dataframe(pd.read_csv(STUDIES / "actuator" / "tension.csv"))
+    fit = dm.fit_uniaxial(curves, noise="proportional").material
+    for side, duty, margin in zip((0.0, -0.05, 0.05), said, margins, strict=True):
+        film = dm.Material(
+            fit.unrelaxed_modulus * (1.0 + side),
+            fit.relaxed_modulus * (1.0 + side),
+            fit.relaxation_time * (1.0 + side),
+            4.7 * (1.0 - side),
+            breakdown_strength=lambda stretch, side=side: 30.6e6 * (1.0 + side) * stretch**1.13,
+        )
+        pulses = {"voltage": volts, "period_seconds": 60.0, "prestretch": 1.5, "material": film, "thickness": 100e-6}
+        found = float(dm.allowable(dm.PulseTrain(), "duty", rtol=1e-3, **pulses).allowable)
+        assert 100.0 * found == pytest.approx(duty, abs=0.09)
+        assert found / (seconds / 60.0) - 1.0 == pytest.approx(margin / 100.0, abs=0.006)

@@ -49,6 +49,23 @@ def test_scattered_samples_are_cells_of_the_grid():
         np.testing.assert_array_equal(scattered[name].values, diagonal)
 
 
+def test_parameters_on_dask_are_computed_and_said_to_be(tmp_path):
+    array = pytest.importorskip("dask.array")
+    lazy = array.from_array(np.array(STEP["field"]), chunks=2)
+    given = xr.DataArray(lazy, dims="sample")
+    with pytest.warns(UserWarning, match=r"^field on dask: .* now, in memory; dm\.sweep_to_netcdf") as caught:
+        scattered = dm.sweep(dm.Step(), field=given, modulus_ratio=4.0)
+    assert [warning.filename for warning in caught] == [__file__]
+    with pytest.warns(UserWarning, match=r"^field on dask"):
+        ds = dm.sweep(dm.Step(), field=lazy, modulus_ratio=4.0)
+    assert ds.identical(dm.sweep(dm.Step(), **STEP))
+    assert scattered.chunks == {}
+    np.testing.assert_array_equal(scattered.time_to_failure, ds.time_to_failure)
+    dm.sweep_to_netcdf(tmp_path / "map.nc", dm.Step(), field=given, modulus_ratio=4.0)
+    with xr.open_dataset(tmp_path / "map.nc") as stored:
+        assert stored.identical(scattered)
+
+
 def test_no_cells_give_an_empty_data_set():
     assert dm.sweep(dm.Step(), field=[], modulus_ratio=[2, 3]).time_to_failure.shape == (0, 2)
 
