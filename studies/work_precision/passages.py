@@ -2,7 +2,8 @@
 
 The states are time, lambda and xi, and the independent variable s is that of ``dT = D ds`` with ``D = de/dlambda``,
 which vanishes at the instability, so that (24) and (26) are regular through it. Steps are the midpoint rule
-extrapolated from six numbers of substeps (Gragg; Bulirsch and Stoer), order 12. The end of a piece is one step in time,
+extrapolated from six numbers of substeps (Gragg; Bulirsch and Stoer), order 12, in extended precision where there is
+one, as lambda and xi apart lose the distance from equilibrium close to a critical field. The end of a piece is one step in time,
 and the instability a root of D in the length of the last step. `dea_maps` has neither these states nor this method.
 """
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from pieces import CRITICAL_LOAD, Array, Films, Pieces, critical, equilibrium, film_of, pieces_of
 
 SUBSTEPS = (2, 4, 6, 8, 10, 12)
-TOLERANCE = 2e-13  # between two columns; the result is that of the better one
+TOLERANCE = 2e-14  # between two columns; the result is that of the better one
 SHORTEST = 1e-12
 LONGEST = 100_000  # pieces that a film may outlast, and steps in one of them
 
@@ -88,7 +89,7 @@ def _piece(
 ) -> NDArray[np.bool_]:
     """Take films through a piece, or to failure: states (3, cases) in place; return whether they fail."""
     fails = np.zeros(duration.size, bool)
-    length = np.full(duration.size, 1e-2)
+    length = np.full(duration.size, 1e-2, np.longdouble)
     going = np.flatnonzero(duration > 0.0)
     for _ in range(LONGEST):
         if going.size == 0:
@@ -131,16 +132,17 @@ def _piece(
 
 def failures(films: Films, refinement: int = 1) -> Failure:
     """Take films of which every one fails to its end."""
-    p, r, sigma = film_of(films)
+    p, r, sigma = (part.astype(np.longdouble) for part in film_of(films))
     way: Pieces = pieces_of(films)
-    time, within = np.zeros((2, p.size))
-    stretch, outlasted = np.full(p.size, np.nan), np.zeros(p.size, np.int64)
+    time, within = np.zeros((2, p.size), np.longdouble)
+    stretch, outlasted = np.full(p.size, np.nan, np.longdouble), np.zeros(p.size, np.int64)
     alive = np.arange(p.size)
     xi = np.sqrt(r)
     for number in range(LONGEST):
         if not way.repeated and number == way.start.shape[0]:
             raise RuntimeError(f"{films.scene}: films survive, number {alive[:5]}")
         start, slope, duration = (part[number % way.start.shape[0], alive] for part in way[:3])
+        start, slope, duration = (part.astype(np.longdouble) for part in (start, slope, duration))
         w = equilibrium(start, xi[alive] ** 2, p[alive], sigma[alive])
         y = np.array([np.zeros(alive.size), 1.0 / w, xi[alive]])
         fails = _piece(y, p[alive], sigma[alive], start, slope, duration, TOLERANCE / refinement**2)
@@ -151,5 +153,5 @@ def failures(films: Films, refinement: int = 1) -> Failure:
         stretch[over] = 1.0 / critical(xi[over] ** 2, p[over], sigma[over])[0]
         alive = alive[~fails]
         if alive.size == 0:
-            return Failure(time, stretch, outlasted, within)
+            return Failure(time.astype(float), stretch.astype(float), outlasted, within.astype(float))
     raise RuntimeError(f"{films.scene}: films outlast {LONGEST} pieces")
