@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
-from others import others
+from others import others, staged_others
+from pieces import Films
 from scenes import SCENES, SIZES, Scene
 from solvers import Go, Solver, ours
 from truth import truth
@@ -62,8 +63,10 @@ def _measure(solver: Solver, scene: Scene, accuracy: float, largest: int) -> tup
 
 def solvers(scene: Scene, quick: bool) -> Iterator[Solver]:
     """Yield the solvers of a scene: ours, then, for the programs that others were given, theirs."""
-    yield from ours(scene.program, quick)
-    if scene.program != "ramp_hold":
+    yield from ours(scene, quick)
+    if isinstance(scene.cases(SIZES[0]), Films):
+        yield from staged_others(quick)
+    elif scene.program != "ramp_hold":
         yield from others(scene.program, quick)
 
 

@@ -106,8 +106,8 @@ def _trapezoids(number: int) -> Films:
 
 def _triangles(number: int) -> Films:
     a, b, _ = _plane(number)
-    field = 1.565 + 0.135 * b
-    cycles = 10.5 * 9.0**a
+    field = 1.565 + 0.095 * b
+    cycles = 12.0 * 7.0**a
     given = {"field": field, "period": 0.9 / np.sqrt(field - 1.5568) / cycles}
     return Films("TT", "triangle_train", given | {"modulus_ratio": np.full(number, 4.0)})
 

@@ -4,16 +4,22 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from common.internals import choose, lane_state, sweep_for
+from common.internals import choose, kernel_of, lane_state, sweep_for
 from common.programs import PROGRAMS
 from numpy.typing import NDArray
-from scenes import Cases
+from pieces import Films
+from scenes import SIZES, Cases, Scene
 
 import dea_maps as dm
 
 RTOLS = tuple(float(f"1e-{decade}") for decade in range(3, 13))
 TOLERANCES = tuple(float(f"1e-{decade}") for decade in range(3, 15))
 ATTEMPTS = 20_000
+OF_FILMS = PROGRAMS | {
+    "overdrive": dm.Overdrive(),
+    "trapezoid": dm.Trapezoid(),
+    "triangle_train": dm.TriangleTrain(),
+}
 
 Answer = tuple[NDArray[np.float64], NDArray[np.float64]]
 Go = Callable[[], object]
@@ -66,16 +72,39 @@ def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases,
     return prepare
 
 
-def ours(program: str, quick: bool) -> list[Solver]:
-    """Return "auto" and every method of `dea_maps` on every formulation that serves a program."""
-    found = [Solver("auto", "dea_maps", False, RTOLS, _ours(program, "auto", "auto", False))]
+def _on_films(program: str, method: str, form: str, fixed: bool) -> Callable[[Films, float], tuple[Go, Read]]:
+    def prepare(films: Films, accuracy: float) -> tuple[Go, Read]:
+        loaded = "prestretch" in films.given
+        step = accuracy if fixed else None
+        picked = choose(OF_FILMS[program], method, form, 1e-6 if fixed else accuracy, step, loaded)
+        rows, kernel, arguments = kernel_of(OF_FILMS[program], picked)
+        status, result = np.empty(films.ratio.size, np.int8), np.empty((rows, films.ratio.size))
+
+        def go() -> None:
+            kernel(*arguments(films.given), status, result)
+
+        def read() -> Answer:
+            failed = status == lane_state.FAILED
+            return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
+
+        return go, read
+
+    return prepare
+
+
+def ours(scene: Scene, quick: bool) -> list[Solver]:
+    """Return "auto" and every method of `dea_maps` on every formulation that serves a scene."""
+    films = isinstance(scene.cases(SIZES[0]), Films)
+    program, make = scene.program, _on_films if films else _ours
+    found = [Solver("auto", "dea_maps", False, RTOLS, make(program, "auto", "auto", False))]
     for method in dm.methods():
-        fixed = method.kind.endswith("fixed step")
         for form, served in method.serves.items():
-            if program not in served or (quick and (method.name, form) != ("dopri5", "fold")):
+            # "time" is auto's own form of films under several pieces; others for comparison serve films as well
+            serves = form == "rate" or (form == "time" and method.fixed_step) if films else program in served
+            if not serves or (not films and form == "time") or (quick and (method.name, form) != ("dopri5", "fold")):
                 continue
-            accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if fixed else RTOLS
-            prepare = _ours(program, method.name, form, fixed)
+            accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if method.fixed_step else RTOLS
+            prepare = make(program, method.name, form, method.fixed_step)
             name, rate = f"{method.name}, {form}", form == "rate"
             found.append(Solver(name, "dea_maps", rate, accuracies, prepare, 256 if rate else 4096))
     return found
