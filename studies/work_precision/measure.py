@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
-from others import others, staged_others
+from others import others, others_on_films
 from pieces import Films
 from scenes import SCENES, SIZES, Scene
 from solvers import Go, Solver, ours
@@ -65,7 +65,7 @@ def solvers(scene: Scene, quick: bool) -> Iterator[Solver]:
     """Yield the solvers of a scene: ours, then, for the programs that others were given, theirs."""
     yield from ours(scene, quick)
     if isinstance(scene.cases(SIZES[0]), Films):
-        yield from staged_others(quick)
+        yield from others_on_films(scene.program, quick)
     elif scene.program != "ramp_hold":
         yield from others(scene.program, quick)
 

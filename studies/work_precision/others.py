@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable, Iterator
 
 import engines
+import events
 import forms
 import numba as nb
 import numpy as np
@@ -121,19 +122,27 @@ def others(program: str, quick: bool) -> Iterator[Solver]:
         yield Solver("diffrax Tsit5, rate", "diffrax", True, SPARSE, _diffrax_event, SOME)
 
 
-def staged_others(quick: bool) -> Iterator[Solver]:
-    """Yield the solvers of films under several pieces or a dead load; quick: SciPy alone, a few settings."""
+def others_on_films(program: str, quick: bool) -> Iterator[Solver]:
+    """Yield the solvers of films under several pieces or a dead load; quick: SciPy alone, a few settings.
+
+    Under a step there is one piece, in which every film fails, so that there is nothing to be told.
+    """
+    word = "D" if program == "step" else "told"
     rough = (1e-4, 1e-8) if quick else TOLERANCES[::3]
-    yield Solver("SciPy DOP853, stages", "SciPy", False, rough, staged(engines.scipy("DOP853")), FEW)
+    yield Solver("SciPy DOP853, events", "SciPy", False, rough, events.untold(events.scipy("DOP853")), FEW)
+    yield Solver(f"SciPy DOP853, {word}", "SciPy", False, rough, staged(engines.scipy("DOP853")), FEW)
     if quick:
         return
     found: list[tuple[str, str, Engine, int]] = []
     if importlib.util.find_spec("heyoka"):
-        found += [("heyoka", f"{batch} lanes", engines.heyoka(batch), 4096) for batch in BATCHES]
+        for batch in BATCHES:
+            name = f"heyoka {batch} lanes"
+            yield Solver(f"{name}, events", "heyoka", False, TOLERANCES, events.untold(events.heyoka(batch)), SOME)
+            found.append(("heyoka", name, engines.heyoka(batch), 4096))
     if importlib.util.find_spec("CyRK"):
-        found += [("CyRK", method, engines.cyrk(method), SOME) for method in ("DOP853", "RK45")]
+        found += [("CyRK", f"CyRK {method}", engines.cyrk(method), SOME) for method in ("DOP853", "RK45")]
     if importlib.util.find_spec("diffrax"):
-        found += [("diffrax", method, engines.diffrax(method), SOME) for method in ("Tsit5", "Dopri8")]
-    for library, way, engine, largest in found:
+        found += [("diffrax", f"diffrax {method}", engines.diffrax(method), SOME) for method in ("Tsit5", "Dopri8")]
+    for library, name, engine, largest in found:
         tolerances = SPARSE if library == "diffrax" else TOLERANCES
-        yield Solver(f"{library} {way}, stages", library, False, tolerances, staged(engine), largest)
+        yield Solver(f"{name}, {word}", library, False, tolerances, staged(engine), largest)

@@ -99,8 +99,8 @@ def _overdrives(number: int) -> Films:
 def _trapezoids(number: int) -> Films:
     a, b, c = _plane(number)
     field, rate = 1.25 + 0.65 * a, 10.0 ** (-0.5 + 2.0 * c)
-    fall = (0.05 + 0.1 * c) * (field - 1.0) / _life(field)
-    given = {"field": field, "rate": rate, "hold_time": 1.3 * b * _life(field), "fall_rate": fall}
+    fall = (0.1 + 0.2 * c) * (field - 1.0) / _life(0.5 * (field + 1.0))
+    given = {"field": field, "rate": rate, "hold_time": (0.05 + 1.25 * b) * _life(field), "fall_rate": fall}
     return Films("TZ", "trapezoid", given | {"modulus_ratio": np.full(number, 4.0)})
 
 
