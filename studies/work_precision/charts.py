@@ -21,7 +21,7 @@ COLOURS["SciPy"] = "#9ab6c8"
 MARKERS = {"dea_maps": "osDv^P<>Xh", "heyoka": "osDv^", "CyRK": "PX<>*h", "diffrax": "pd8H^", "NumPy": "o"}
 MARKERS["SciPy"] = "v^<>o"
 LEAST, NOTHING = 1e-15, 10.0  # errors drawn at the edges: below, and where a case has no answer
-TARGETS = {"S1": 15, "S2": 5, "S3s": 15, "S3r": 5, "S4s": 15, "S4r": 20}
+TARGETS = {"S1": 15, "S2": 5, "S3s": 15, "S3r": 5, "S4s": 15, "S4r": 20, "OD": 10, "TZ": 10, "TT": 10, "PS": 5, "PR": 5}
 
 
 def _save(figure: Figure, path: Path) -> None:

@@ -24,6 +24,7 @@ from scenes import SCENES, Cases, Scene
 
 STAGES = 8
 PANEL = 0.01
+PIECES = 8
 NEWTON = 9
 SAMPLE = 3
 Array = NDArray[np.float64]
@@ -172,8 +173,13 @@ def _ramp_hold(cases: Cases, panel: float, pieces: int) -> tuple[Array, Array]:
     return time, stretch
 
 
+def ramp_hold(cases: Cases) -> tuple[Array, Array]:
+    """Return time to failure and critical stretch of ramps that hold."""
+    return _ramp_hold(cases, PANEL, PIECES)
+
+
 def _compute(program: str, cases: Cases, refinement: int) -> tuple[Array, Array]:
-    panel, pieces = PANEL / refinement, 8 * refinement
+    panel, pieces = PANEL / refinement, PIECES * refinement
     if program == "step":
         return _step(cases, pieces)
     return _ramp(cases, panel) if program == "ramp" else _ramp_hold(cases, panel, pieces)
