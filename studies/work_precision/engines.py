@@ -166,7 +166,7 @@ def diffrax(method: str) -> Engine:
         solve = diffrax_solve(make, method)
 
         def advance(begin: Array, end: Array, first: Array, constants: Array) -> Array:
-            every = np.minimum(np.arange(1 << (end.size - 1).bit_length()), end.size - 1)
+            every = np.minimum(np.arange(max(1 << (end.size - 1).bit_length(), 32)), end.size - 1)
             _, state, well = solve(begin[every], end[every], first[:, every], constants[:, every], accuracy)
             return np.where(np.asarray(well), np.asarray(state), np.nan)[:, : end.size]
 

@@ -1,8 +1,8 @@
 """Several pieces by solvers that are told nothing: every piece ends by one of two events, whichever comes first.
 
 The independent variable s is that of ``dT = D/(D + 2 A) ds``, so that the equations are regular through the
-instability, which is the event D = 0, and not stiff far from it; the other event is the end of the piece. The states are
-time in the piece, w = 1/lambda and r.
+instability, which is the event D = 0, and not stiff far from it; the other event is the end of the piece. The states
+are time in the piece, w = 1/lambda and r.
 """
 
 from collections.abc import Callable

@@ -84,11 +84,11 @@ def measure(names: list[str], quick: bool) -> xr.Dataset:
     solved = list(named)
     shape = (len(names), len(solved), SETTINGS)
     found = np.full((5, *shape), np.nan)
-    accuracies = np.full(shape, np.nan)
+    accuracies = np.full(shape[1:], np.nan)
     for (scene, name), solver in entries.items():
         place = names.index(scene), solved.index(name)
         some = solver.accuracies[::3] if quick else solver.accuracies
-        accuracies[place][: len(some)] = some
+        accuracies[place[1], : len(some)] = some
         for setting, accuracy in enumerate(some):
             row = _measure(solver, SCENES[scene], accuracy, QUICK[scene] if quick else max(SIZES))
             found[(slice(None), *place, setting)] = row
@@ -107,7 +107,7 @@ def measure(names: list[str], quick: bool) -> xr.Dataset:
         for (name, text, units), values in zip(words, found, strict=True)
     }
     text = "tolerance, step or number of nodes"
-    variables["accuracy"] = (axes, accuracies, {"long_name": text})
+    variables["accuracy"] = (axes[1:], accuracies, {"long_name": text})
     variables["library"] = ("solver", [solver.library for solver in named.values()])
     variables["rate_form"] = ("solver", np.array([solver.own_form for solver in named.values()], np.int8))
     return xr.Dataset(variables, coords={"scene": names, "solver": solved}, attrs={"title": "Work against precision"})

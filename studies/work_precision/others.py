@@ -12,7 +12,7 @@ import events
 import forms
 import numba as nb
 import numpy as np
-from engines import STEPS, Engine, single
+from engines import STEPS, single
 from plain import numpy_quadrature, posed, scipy_solver
 from scenes import Cases
 from solvers import TOLERANCES, Go, Read, Solver
@@ -110,7 +110,9 @@ def others(program: str, quick: bool) -> Iterator[Solver]:
     if importlib.util.find_spec("CyRK"):
         for form in best:
             for method in ("DOP853", "RK45", "RADAU") if form is margin else ("DOP853", "RK45"):
-                yield Solver(f"CyRK {method}, {form.name}", "CyRK", False, TOLERANCES, single(form, engines.cyrk(method)), SOME)
+                yield Solver(
+                    f"CyRK {method}, {form.name}", "CyRK", False, TOLERANCES, single(form, engines.cyrk(method)), SOME
+                )
         yield Solver("CyRK DOP853, rate", "CyRK", True, TOLERANCES, _cyrk_event("DOP853"), FEW)
     if importlib.util.find_spec("diffrax"):
         for form in best:
@@ -118,7 +120,9 @@ def others(program: str, quick: bool) -> Iterator[Solver]:
                 name = f"diffrax {method}, {form.name}"
                 yield Solver(name, "diffrax", False, TOLERANCES, single(form, engines.diffrax(method)), SOME)
         if not step:
-            yield Solver("diffrax Kvaerno5, margin", "diffrax", False, SPARSE, single(margin, engines.diffrax("Kvaerno5")), SOME)
+            yield Solver(
+                "diffrax Kvaerno5, margin", "diffrax", False, SPARSE, single(margin, engines.diffrax("Kvaerno5")), SOME
+            )
         yield Solver("diffrax Tsit5, rate", "diffrax", True, SPARSE, _diffrax_event, SOME)
 
 
@@ -133,16 +137,15 @@ def others_on_films(program: str, quick: bool) -> Iterator[Solver]:
     yield Solver(f"SciPy DOP853, {word}", "SciPy", False, rough, staged(engines.scipy("DOP853")), FEW)
     if quick:
         return
-    found: list[tuple[str, str, Engine, int]] = []
     if importlib.util.find_spec("heyoka"):
+        by_events = events.untold(events.heyoka(BATCHES[0]))
+        yield Solver(f"heyoka {BATCHES[0]} lanes, events", "heyoka", False, TOLERANCES, by_events, SOME)
         for batch in BATCHES:
-            name = f"heyoka {batch} lanes"
-            yield Solver(f"{name}, events", "heyoka", False, TOLERANCES, events.untold(events.heyoka(batch)), SOME)
-            found.append(("heyoka", name, engines.heyoka(batch), 4096))
+            way = staged(engines.heyoka(batch))
+            yield Solver(f"heyoka {batch} lanes, {word}", "heyoka", False, TOLERANCES, way)
     if importlib.util.find_spec("CyRK"):
-        found += [("CyRK", f"CyRK {method}", engines.cyrk(method), SOME) for method in ("DOP853", "RK45")]
+        for method in ("DOP853", "RK45"):
+            yield Solver(f"CyRK {method}, {word}", "CyRK", False, TOLERANCES, staged(engines.cyrk(method)), SOME)
     if importlib.util.find_spec("diffrax"):
-        found += [("diffrax", f"diffrax {method}", engines.diffrax(method), SOME) for method in ("Tsit5", "Dopri8")]
-    for library, name, engine, largest in found:
-        tolerances = SPARSE if library == "diffrax" else TOLERANCES
-        yield Solver(f"{name}, {word}", library, False, tolerances, staged(engine), largest)
+        way = staged(engines.diffrax("Dopri8"))
+        yield Solver(f"diffrax Dopri8, {word}", "diffrax", False, SPARSE, way, SOME)

@@ -3,8 +3,9 @@
 The states are time, lambda and xi, and the independent variable s is that of ``dT = D ds`` with ``D = de/dlambda``,
 which vanishes at the instability, so that (24) and (26) are regular through it. Steps are the midpoint rule
 extrapolated from six numbers of substeps (Gragg; Bulirsch and Stoer), order 12, in extended precision where there is
-one, as lambda and xi apart lose the distance from equilibrium close to a critical field. The end of a piece is one step in time,
-and the instability a root of D in the length of the last step. `dea_maps` has neither these states nor this method.
+one, as lambda and xi apart lose the distance from equilibrium close to a critical field. The end of a piece is one step
+in time, and the instability a root of D in the length of the last step. `dea_maps` has neither these states nor this
+method.
 """
 
 from collections.abc import Callable

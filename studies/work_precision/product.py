@@ -23,8 +23,9 @@ def show(quick: bool) -> None:
     given = {name: values.ravel() for name, values in grid.parameters.items()}
     which = np.linspace(0, given["field"].size - 1, SAMPLE).astype(int)
     true, _ = ramp_hold(Cases(*(given[name][which] for name in ("field", "rate", "modulus_ratio"))))
-    print(f"\nramp_hold on {fields.size} x {side} x {side} cells, field x rate x modulus_ratio, one thread\n")
-    print("| rtol | shared, µs a cell | each by itself | ratio | error of the shared, on a sample |\n|---|---|---|---|---|")
+    print(f"\nramp_hold on {fields.size} x {side} x {side} cells, field x rate x modulus_ratio; one thread\n")
+    print("| rtol | shared, µs a cell | each by itself | ratio | error of the shared, on a sample |")
+    print("|---|---|---|---|---|")
     for rtol in RTOLS:
         choice = choose(grid.program, "auto", "auto", rtol, None)
         seconds = []

@@ -3,9 +3,9 @@
     python studies/work_precision/run.py [--quick] [--output FOLDER] [--scenes NAME ...]
 
 writes, in out/work_precision unless told where, work_precision.nc, summary.png and one chart a scene, and prints the
-tables of README.md; with --scenes these alone are measured, the others are taken from the folder's work_precision.nc,
-and only what is new is drawn, but for the summary. Other solvers take part where they are installed: pip install -e '.[peers]'. SciPy and NumPy are
-always there.
+tables of README.md. With --scenes these alone are measured and drawn; the others of the folder's work_precision.nc stay
+in it and in the summary. Other solvers take part where they are installed: pip install -e '.[peers]'. SciPy and NumPy
+are always there.
 """
 
 import sys
@@ -56,11 +56,14 @@ def with_known(data: xr.Dataset, path: Path) -> xr.Dataset:
     """Return scenes with those of a file that were not measured again."""
     with xr.open_dataset(path) as known:
         rest = known.load().drop_sel(scene=[name for name in data.scene.values if name in known.scene])
-    rest = rest.assign(library=rest.library.astype(object))
-    joined = xr.concat([rest, data], "scene", data_vars="minimal", join="outer", compat="override", coords="minimal")
-    for name in ("library", "rate_form"):
-        joined[name] = data[name].combine_first(rest[name]).sel(solver=joined.solver).astype(data[name].dtype)
-    return joined.sel(scene=[name for name in SCENES if name in joined.scene])
+    solvers = list(dict.fromkeys([*rest.solver.values, *data.solver.values]))
+    of_solvers = ["accuracy", "library", "rate_form"]
+    joined = xr.concat([part.drop_vars(of_solvers) for part in (rest, data)], "scene", join="outer")
+    joined = joined.sel(scene=[name for name in SCENES if name in joined.scene], solver=solvers)
+    for name in of_solvers:
+        known_or_new = data[name].astype(object).combine_first(rest[name].astype(object))
+        joined[name] = known_or_new.sel(solver=solvers).astype(data[name].dtype)
+    return joined
 
 
 def print_scene(data: xr.Dataset, scene: str) -> None:
@@ -103,7 +106,9 @@ def print_posing(data: xr.Dataset) -> None:
 
 def print_truth(data: xr.Dataset, number: int, quick: bool) -> None:
     """Print how sure the truth is."""
-    print("\n| scene | truth: change with finer steps | against the references of the tests, on a sample |\n|---|---|---|")
+    print(
+        "\n| scene | truth: change with finer steps | against the references of the tests, on a sample |\n|---|---|---|"
+    )
     for name in data.scene.values:
         skipped = quick and isinstance(SCENES[name].cases(number), Films)  # heyoka would compile for seconds
         sample = None if skipped else against_reference(SCENES[name], number)

@@ -113,7 +113,7 @@ def _triangles(number: int) -> Films:
 
 
 def _prestretched(scene: str, program: str) -> Callable[[int], Films]:
-    """Return films under fields from little above what they sustain relaxed to little below what they sustain at all."""
+    """Return films under fields from little above what they sustain relaxed to almost what they carry."""
 
     def cases(number: int) -> Films:
         a, b, c = _plane(number)
@@ -142,6 +142,11 @@ _ALL = (
     Scene("TZ", "trapezoid: up to Er = 1.25 to 1.9, held, slowly down, m = 4", "trapezoid", _trapezoids),
     Scene("TT", "triangles without end, up to Er = 1.565 to 1.7, m = 4", "triangle_train", _triangles),
     Scene("PS", "step on films pre-stretched to 1.1 to 3, m = 4", "step", _prestretched("PS", "step")),
-    Scene("PR", "ramp that holds, on films pre-stretched to 1.1 to 3, m = 4", "ramp_hold", _prestretched("PR", "ramp_hold")),
+    Scene(
+        "PR",
+        "ramp that holds, on films pre-stretched to 1.1 to 3, m = 4",
+        "ramp_hold",
+        _prestretched("PR", "ramp_hold"),
+    ),
 )
 SCENES: Mapping[str, Scene] = {scene.name: scene for scene in _ALL}

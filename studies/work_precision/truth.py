@@ -206,14 +206,14 @@ def failure(films: Films) -> Failure:
 
 
 def doubt(scene: Scene, number: int) -> float:
-    """Return the largest relative change of the truth with half the panels and pieces, or a quarter of the tolerance."""
+    """Return the largest relative change of the truth with panels and pieces halved, or a quarter of the tolerance."""
     cases = scene.cases(number)
     finer = failures(cases, 2)[:2] if isinstance(cases, Films) else _compute(scene.program, cases, 2)
     return max(float(np.max(np.abs(a / b - 1.0))) for a, b in zip(truth(scene.name, number), finer, strict=True))
 
 
 def against_reference(scene: Scene, number: int) -> float | None:
-    """Return the largest relative difference from the references of the tests, on a sample; None without their libraries.
+    """Return the largest relative difference from the tests' references, on a sample; None without their libraries.
 
     These are computed with mpmath to 20 digits and more or, where there are several pieces or a dead load, with the
     Taylor series of heyoka in extended precision.
