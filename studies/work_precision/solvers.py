@@ -72,39 +72,35 @@ def _ours(program: str, method: str, form: str, fixed: bool) -> Callable[[Cases,
     return prepare
 
 
-def _on_films(program: str, method: str, form: str, fixed: bool) -> Callable[[Films, float], tuple[Go, Read]]:
-    def prepare(films: Films, accuracy: float) -> tuple[Go, Read]:
-        loaded = "prestretch" in films.given
-        step = accuracy if fixed else None
-        picked = choose(OF_FILMS[program], method, form, 1e-6 if fixed else accuracy, step, loaded)
-        rows, kernel, arguments = kernel_of(OF_FILMS[program], picked)
-        status, result = np.empty(films.ratio.size, np.int8), np.empty((rows, films.ratio.size))
+def _on_films(films: Films, accuracy: float) -> tuple[Go, Read]:
+    program = OF_FILMS[films.program]
+    picked = choose(program, "auto", "auto", accuracy, None, "prestretch" in films.given)
+    rows, kernel, arguments = kernel_of(program, picked)
+    status, result = np.empty(films.ratio.size, np.int8), np.empty((rows, films.ratio.size))
 
-        def go() -> None:
-            kernel(*arguments(films.given), status, result)
+    def go() -> None:
+        kernel(*arguments(films.given), status, result)
 
-        def read() -> Answer:
-            failed = status == lane_state.FAILED
-            return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
+    def read() -> Answer:
+        failed = status == lane_state.FAILED
+        return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
 
-        return go, read
-
-    return prepare
+    return go, read
 
 
 def ours(scene: Scene, quick: bool) -> list[Solver]:
-    """Return "auto" and every method of `dea_maps` on every formulation that serves a scene."""
-    films = isinstance(scene.cases(SIZES[0]), Films)
-    program, make = scene.program, _on_films if films else _ours
-    found = [Solver("auto", "dea_maps", False, RTOLS, make(program, "auto", "auto", False))]
+    """Return "auto" and, without several pieces or a dead load, all methods on every formulation that serves."""
+    if isinstance(scene.cases(SIZES[0]), Films):
+        return [Solver("auto", "dea_maps", False, RTOLS, _on_films)]
+    program = scene.program
+    found = [Solver("auto", "dea_maps", False, RTOLS, _ours(program, "auto", "auto", False))]
     for method in dm.methods():
+        fixed = method.fixed_step
         for form, served in method.serves.items():
-            # "time" is auto's own form of films under several pieces; others for comparison serve films as well
-            serves = form == "rate" or (form == "time" and method.fixed_step) if films else program in served
-            if not serves or (not films and form == "time") or (quick and (method.name, form) != ("dopri5", "fold")):
+            if program not in served or form == "time" or (quick and (method.name, form) != ("dopri5", "fold")):
                 continue
-            accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if method.fixed_step else RTOLS
-            prepare = make(program, method.name, form, method.fixed_step)
+            accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if fixed else RTOLS
+            prepare = _ours(program, method.name, form, fixed)
             name, rate = f"{method.name}, {form}", form == "rate"
             found.append(Solver(name, "dea_maps", rate, accuracies, prepare, 256 if rate else 4096))
     return found
