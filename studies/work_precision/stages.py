@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import forms
 import numpy as np
-from engines import Engine
+from engines import Advance, Engine
 from numpy.typing import NDArray
 from pieces import CRITICAL_LOAD, Array, Films, critical, equilibrium, film_of, pieces_of
 from solvers import Answer, Go, Read
@@ -125,6 +125,21 @@ def _plan(films: Films) -> _Plan:
     return _Plan(stages, finishes, offset)
 
 
+def _of_known(advance: Advance) -> Advance:
+    """Return a solver that leaves out films without an answer so far."""
+
+    def of_known(begin: Array, end: Array, first: Array, constants: Array) -> Array:
+        known = np.isfinite(begin) & np.isfinite(first).all(axis=0)
+        if known.all():
+            return advance(begin, end, first, constants)
+        states = np.full_like(first, np.nan)
+        if known.any():
+            states[:, known] = advance(begin[known], end[known], first[:, known], constants[:, known])
+        return states
+
+    return of_known
+
+
 def staged(engine: Engine) -> Callable[[Films, float], tuple[Go, Read]]:
     """Make a solver of films under several pieces from one of a single right-hand side."""
 
@@ -132,9 +147,9 @@ def staged(engine: Engine) -> Callable[[Films, float], tuple[Go, Read]]:
         p, square, sigma = film_of(films)
         plan = _plan(films)
         loaded = bool(np.any(sigma != 0.0))
-        in_time = engine(_make_loaded_time if loaded else _make_time, accuracy)
+        makes = (_make_loaded_time, _make_finish, _make_finish) if loaded else (_make_time, forms.HELD, forms.CHANGING)
+        in_time, held, changing = (_of_known(engine(make, accuracy)) for make in makes)
         given = slice(None) if loaded else slice(3)
-        held, changing = (engine(_make_finish if loaded else make, accuracy) for make in (forms.HELD, forms.CHANGING))
         x, r, within = np.empty((3, p.size))
 
         def go() -> None:
