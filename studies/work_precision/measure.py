@@ -115,6 +115,8 @@ def measure(names: list[str], quick: bool) -> xr.Dataset:
 
 def fastest(data: xr.Dataset, scene: str, names: list[str], accuracy: float) -> tuple[str, float]:
     """Return the solver with most trajectories per second among those whose every case is as accurate; none: ""."""
+    if not names:
+        return "", np.nan
     part = data.sel(scene=scene, solver=names)
     rates = (1.0 / part.seconds).where(part.worst <= accuracy, 0.0).fillna(0.0).max("setting").values
     best = int(rates.argmax())
