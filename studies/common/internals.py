@@ -30,7 +30,10 @@ from dea_maps.materials.fit import UniaxialFit
 from dea_maps.materials.tension_data import as_curves, read_curves
 from dea_maps.materials.toml import material_of
 from dea_maps.materials.uniaxial import uniaxial_stress
+from dea_maps.sweeps.grid import make_grid
 from dea_maps.sweeps.methods import choose
+from dea_maps.sweeps.solve import _kernel as kernel_of
+from dea_maps.sweeps.solve import solve
 
 __all__ = [
     "CRITICAL_FIELD",
@@ -56,11 +59,13 @@ __all__ = [
     "integrate_nodes",
     "integrate_pole_part",
     "integrated",
+    "kernel_of",
     "lane_state",
     "make_attempt",
     "make_begin",
     "make_error",
     "make_explicit",
+    "make_grid",
     "make_pi",
     "material_of",
     "model",
@@ -69,6 +74,7 @@ __all__ = [
     "read_specification",
     "rhs",
     "smooth_part",
+    "solve",
     "solvers",
     "sweep_for",
     "thinned",

@@ -127,13 +127,14 @@ def _pose_margin_ramp(cases: Cases) -> Problem:
     return Problem(0.0 * one, one, one[np.newaxis].copy(), np.array([cases.ratio - 1.0, cases.rate]))
 
 
-def _at_failure(r: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def at_failure(r: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return A and u at the instability."""
     A = 1.0 + p / r
     return A, (0.25 * A / (1.0 + p * r * r)) ** THIRD
 
 
 def _read_margin_ramp(cases: Cases, problem: Problem, t: np.ndarray, y: Arrays) -> tuple[np.ndarray, np.ndarray]:
-    A, u = _at_failure(y[0], problem.constants[0])
+    A, u = at_failure(y[0], problem.constants[0])
     return np.sqrt(0.75 / CRITICAL_LOAD * A * u) / cases.rate, 1.0 / np.sqrt(u)
 
 
@@ -162,7 +163,7 @@ def _pose_margin_step(cases: Cases) -> Problem:
 
 
 def _read_margin_step(cases: Cases, problem: Problem, t: np.ndarray, y: Arrays) -> tuple[np.ndarray, np.ndarray]:
-    _, u = _at_failure(y[0], problem.constants[0])
+    _, u = at_failure(y[0], problem.constants[0])
     return y[1], 1.0 / np.sqrt(u)
 
 
@@ -198,7 +199,7 @@ def sinh_ends(cases: Cases) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndar
         r = np.exp(t)
         A, B = 1.0 + p / r, 1.0 + p * r * r
         t = t + (4.0 * np.log(A) - np.log(B) - sixth) / (4.0 * p / (r * A) + 2.0 * p * r * r / B)
-    _, last = _at_failure(np.exp(t), p)
+    _, last = at_failure(np.exp(t), p)
     return excess, width, np.arcsinh((CRITICAL_U - first) / width), np.arcsinh((CRITICAL_U - last) / width), last
 
 
@@ -211,6 +212,8 @@ def _read_sinh(cases: Cases, problem: Problem, t: np.ndarray, y: Arrays) -> tupl
     return y[0], 1.0 / np.sqrt(problem.u)
 
 
+HELD, CHANGING = _make_margin_step, _make_margin_ramp
+"""Right-hand sides on the margin under a held field and under one that changes linearly."""
 RATE = Form("rate", _make_rate, _pose_rate, _read_rate)
 SINH = Form("sinh integral", _make_sinh, _pose_sinh, _read_sinh)
 BEST = {

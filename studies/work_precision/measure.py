@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
-from others import others
+from others import others, others_on_films
+from pieces import Films
 from scenes import SCENES, SIZES, Scene
 from solvers import Go, Solver, of_package
 from truth import truth
@@ -50,7 +51,10 @@ def _errors(solver: Solver, scene: Scene, number: int, accuracy: float) -> tuple
 
 def _measure(solver: Solver, scene: Scene, accuracy: float, largest: int) -> tuple[float, float, float, float, int]:
     """Return seconds per case, worst and median error, share without an answer, number of cases."""
-    for number in (size for size in SIZES if size <= min(largest, solver.largest)):
+    sizes = [size for size in SIZES if size <= min(largest, solver.largest)]
+    if isinstance(scene.cases(SIZES[0]), Films):  # of which fewer would not fill the lanes of a batch to the end
+        sizes = [size for size in sizes if size >= SIZES[1]] or sizes
+    for number in sizes:
         go, seconds, error = _errors(solver, scene, number, accuracy)
         if seconds * 16.0 > LONG:
             break
@@ -61,32 +65,32 @@ def _measure(solver: Solver, scene: Scene, accuracy: float, largest: int) -> tup
 
 
 def solvers(scene: Scene, quick: bool) -> Iterator[Solver]:
-    """Yield the solvers of a scene: those of dea_maps, then, for the programs that others serve, the others."""
-    yield from of_package(scene.program, quick)
-    if scene.program != "ramp_hold":
+    """Yield the solvers of a scene: those of dea_maps, then, for the programs that others were given, the others."""
+    yield from of_package(scene, quick)
+    if isinstance(scene.cases(SIZES[0]), Films):
+        yield from others_on_films(scene.program, quick)
+    elif scene.program != "ramp_hold":
         yield from others(scene.program, quick)
 
 
-def measure(quick: bool) -> xr.Dataset:
-    """Return time per trajectory and errors (scene, solver, setting)."""
-    entries = {
-        (scene.name, solver.name): solver
-        for scene in SCENES.values()
-        if not quick or scene.name in ("S1", "S2")
-        for solver in solvers(scene, quick)
-    }
-    scenes = list(dict.fromkeys(scene for scene, _ in entries))
+QUICK = {"S1": SIZES[1], "S2": SIZES[1], "OD": SIZES[0]}
+"""Scenes of a quick run, and the numbers of cases in it at most."""
+
+
+def measure(names: list[str], quick: bool) -> xr.Dataset:
+    """Return time per trajectory and errors (scene, solver, setting) in scenes by name."""
+    entries = {(scene, solver.name): solver for scene in names for solver in solvers(SCENES[scene], quick)}
     named = {solver.name: solver for solver in entries.values()}
-    names = list(named)
-    shape = (len(scenes), len(names), SETTINGS)
+    solved = list(named)
+    shape = (len(names), len(solved), SETTINGS)
     found = np.full((5, *shape), np.nan)
-    accuracies = np.full((len(names), SETTINGS), np.nan)
+    accuracies = np.full(shape[1:], np.nan)
     for (scene, name), solver in entries.items():
-        place = scenes.index(scene), names.index(name)
+        place = names.index(scene), solved.index(name)
         some = solver.accuracies[::3] if quick else solver.accuracies
         accuracies[place[1], : len(some)] = some
         for setting, accuracy in enumerate(some):
-            row = _measure(solver, SCENES[scene], accuracy, 256 if quick else max(SIZES))
+            row = _measure(solver, SCENES[scene], accuracy, QUICK[scene] if quick else max(SIZES))
             found[(slice(None), *place, setting)] = row
         best = np.nanmin(found[(1, *place)])
         print(f"{scene}: {name}: least error {best:.1e}", flush=True)
@@ -103,14 +107,16 @@ def measure(quick: bool) -> xr.Dataset:
         for (name, text, units), values in zip(words, found, strict=True)
     }
     text = "tolerance, step or number of nodes"
-    variables["accuracy"] = (("solver", "setting"), accuracies, {"long_name": text})
+    variables["accuracy"] = (axes[1:], accuracies, {"long_name": text})
     variables["library"] = ("solver", [solver.library for solver in named.values()])
     variables["rate_form"] = ("solver", np.array([solver.own_form for solver in named.values()], np.int8))
-    return xr.Dataset(variables, coords={"scene": scenes, "solver": names}, attrs={"title": "Work against precision"})
+    return xr.Dataset(variables, coords={"scene": names, "solver": solved}, attrs={"title": "Work against precision"})
 
 
 def fastest(data: xr.Dataset, scene: str, names: list[str], accuracy: float) -> tuple[str, float]:
     """Return the solver with most trajectories per second among those whose every case is as accurate; none: ""."""
+    if not names:
+        return "", np.nan
     part = data.sel(scene=scene, solver=names)
     rates = (1.0 / part.seconds).where(part.worst <= accuracy, 0.0).fillna(0.0).max("setting").values
     best = int(rates.argmax())
@@ -120,8 +126,9 @@ def fastest(data: xr.Dataset, scene: str, names: list[str], accuracy: float) -> 
 
 
 def groups(data: xr.Dataset) -> dict[str, list[str]]:
-    """Return the names of all solvers of `dea_maps`, and of others, on any formulation and on the paper's own."""
+    """Return the names of all solvers of `dea_maps`, and of others: all, on the paper's own form, told nothing."""
     names = np.asarray(data.solver.values)
     mine, rate = data.library.values == "dea_maps", data.rate_form.values == 1
-    chosen = {"ours": mine, "others": ~mine, "rate": ~mine & rate}
+    told = np.array([name.endswith(", told") for name in names])
+    chosen = {"ours": mine, "others": ~mine, "rate": ~mine & rate, "untold": ~mine & ~told}
     return {"auto": ["auto"]} | {group: list(names[which]) for group, which in chosen.items()}

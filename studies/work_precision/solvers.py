@@ -4,16 +4,22 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from common.internals import choose, lane_state, sweep_for
+from common.internals import choose, kernel_of, lane_state, sweep_for
 from common.programs import PROGRAMS
 from numpy.typing import NDArray
-from scenes import Cases
+from pieces import Films
+from scenes import SIZES, Cases, Scene
 
 import dea_maps as dm
 
 RTOLS = tuple(float(f"1e-{decade}") for decade in range(3, 13))
 TOLERANCES = tuple(float(f"1e-{decade}") for decade in range(3, 15))
 ATTEMPTS = 20_000
+OF_FILMS = PROGRAMS | {
+    "overdrive": dm.Overdrive(),
+    "trapezoid": dm.Trapezoid(),
+    "triangle_train": dm.TriangleTrain(),
+}
 
 Answer = tuple[NDArray[np.float64], NDArray[np.float64]]
 Go = Callable[[], object]
@@ -66,13 +72,32 @@ def _of_package(program: str, method: str, form: str, fixed: bool) -> Callable[[
     return prepare
 
 
-def of_package(program: str, quick: bool) -> list[Solver]:
-    """Return "auto" and every method of `dea_maps` on every formulation that serves a program."""
+def _on_films(films: Films, accuracy: float) -> tuple[Go, Read]:
+    program = OF_FILMS[films.program]
+    picked = choose(program, "auto", "auto", accuracy, None, "prestretch" in films.given)
+    rows, kernel, arguments = kernel_of(program, picked)
+    status, result = np.empty(films.ratio.size, np.int8), np.empty((rows, films.ratio.size))
+
+    def go() -> None:
+        kernel(*arguments(films.given), status, result)
+
+    def read() -> Answer:
+        failed = status == lane_state.FAILED
+        return np.where(failed, result[0], np.nan), np.where(failed, result[1], np.nan)
+
+    return go, read
+
+
+def of_package(scene: Scene, quick: bool) -> list[Solver]:
+    """Return "auto" and, without several pieces or a dead load, all methods on every formulation that serves."""
+    if isinstance(scene.cases(SIZES[0]), Films):
+        return [Solver("auto", "dea_maps", False, RTOLS, _on_films)]
+    program = scene.program
     found = [Solver("auto", "dea_maps", False, RTOLS, _of_package(program, "auto", "auto", False))]
     for method in dm.methods():
-        fixed = method.kind.endswith("fixed step")
+        fixed = method.fixed_step
         for form, served in method.serves.items():
-            if program not in served or (quick and (method.name, form) != ("dopri5", "fold")):
+            if program not in served or form == "time" or (quick and (method.name, form) != ("dopri5", "fold")):
                 continue
             accuracies = tuple(10.0 ** (-0.5 * power) for power in range(1, 8)) if fixed else RTOLS
             prepare = _of_package(program, method.name, form, fixed)

@@ -6,19 +6,25 @@ Constant field: the integral over ``u = u* - w sinh(t)`` by Gauss and Legendre o
     drho/dw = 4 w h D/(de/dT + 2 p u h (1/r**2 + 2 r u**3)),    u = 1 - w**2,    h = 1/z - z**2,    z = u r,
 
 by collocation at 8 Radau nodes on short panels (order 15, L-stable); D = 0 is located by the length of the last panel.
+Films under several pieces or a dead load are those of `passages`.
 """
 
+import importlib.util
 import sys
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import forms
 import numpy as np
 from numpy.typing import NDArray
+from passages import Failure, failures
+from pieces import Films, pieces_of
 from scenes import SCENES, Cases, Scene
 
 STAGES = 8
 PANEL = 0.01
+PIECES = 8
 NEWTON = 9
 SAMPLE = 3
 Array = NDArray[np.float64]
@@ -167,8 +173,13 @@ def _ramp_hold(cases: Cases, panel: float, pieces: int) -> tuple[Array, Array]:
     return time, stretch
 
 
+def ramp_hold(cases: Cases) -> tuple[Array, Array]:
+    """Return time to failure and critical stretch of ramps that hold."""
+    return _ramp_hold(cases, PANEL, PIECES)
+
+
 def _compute(program: str, cases: Cases, refinement: int) -> tuple[Array, Array]:
-    panel, pieces = PANEL / refinement, 8 * refinement
+    panel, pieces = PANEL / refinement, PIECES * refinement
     if program == "step":
         return _step(cases, pieces)
     return _ramp(cases, panel) if program == "ramp" else _ramp_hold(cases, panel, pieces)
@@ -177,32 +188,75 @@ def _compute(program: str, cases: Cases, refinement: int) -> tuple[Array, Array]
 @cache
 def truth(name: str, number: int) -> tuple[Array, Array]:
     """Time to failure and critical stretch of every case of a scene."""
-    scene = SCENES[name]
-    return _compute(scene.program, scene.cases(number), 1)
+    cases = SCENES[name].cases(number)
+    if isinstance(cases, Films):
+        return failure(cases)[:2]
+    return _compute(SCENES[name].program, cases, 1)
+
+
+_FAILURES: dict[tuple[str, int], Failure] = {}
+
+
+def failure(films: Films) -> Failure:
+    """Return what becomes of the films of a scene, computed once for every number of them."""
+    key = films.scene, films.ratio.size
+    if key not in _FAILURES:
+        _FAILURES[key] = failures(films)
+    return _FAILURES[key]
 
 
 def doubt(scene: Scene, number: int) -> float:
-    """Return the largest relative change of the truth when panels and pieces are halved."""
-    finer = _compute(scene.program, scene.cases(number), 2)
+    """Return the largest relative change of the truth with panels and pieces halved, or a quarter of the tolerance."""
+    cases = scene.cases(number)
+    finer = failures(cases, 2)[:2] if isinstance(cases, Films) else _compute(scene.program, cases, 2)
     return max(float(np.max(np.abs(a / b - 1.0))) for a, b in zip(truth(scene.name, number), finer, strict=True))
 
 
 def against_reference(scene: Scene, number: int) -> float | None:
-    """Return the largest relative difference from mpmath, some 20 digits, on a sample; None without mpmath."""
-    try:
-        import mpmath  # noqa: F401
-    except ImportError:
+    """Return the largest relative difference from the tests' references, on a sample; None without their libraries.
+
+    These are computed with mpmath to 20 digits and more or, where there are several pieces or a dead load, with the
+    Taylor series of heyoka in extended precision.
+    """
+    cases, known = scene.cases(number), truth(scene.name, number)
+    needed = ("mpmath", "heyoka") if isinstance(cases, Films) else ("mpmath",)
+    if not all(importlib.util.find_spec(name) for name in needed):
         return None
     sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "reference"))
+    certified = _certified_films if isinstance(cases, Films) else _certified
+    largest = 0.0
+    for index in np.linspace(0, number - 1, SAMPLE).astype(int):
+        for mine, value in zip(known, certified(cases, scene.program, index), strict=True):
+            largest = max(largest, abs(float(mine[index] / value) - 1.0))
+    return largest
+
+
+def _certified(cases: Cases, program: str, index: int) -> tuple[Any, Any]:
+    """Return time and stretch of one case by two formulations that agree."""
     import outcomes
     from points import exact
 
-    cases, known = scene.cases(number), truth(scene.name, number)
-    names = {"step": ("field",), "ramp": ("rate",), "ramp_hold": ("field", "rate")}[scene.program]
-    largest = 0.0
-    for index in np.linspace(0, number - 1, SAMPLE).astype(int):
-        point = {name: float(getattr(cases, name)[index]) for name in names}
-        results = outcomes.certify(exact(scene.program, point | {"modulus_ratio": float(cases.ratio[index])})).results
-        for mine, name in zip(known, ("time", "stretch"), strict=True):
-            largest = max(largest, abs(float(mine[index] / getattr(results, name)) - 1.0))
-    return largest
+    names = {"step": ("field",), "ramp": ("rate",), "ramp_hold": ("field", "rate")}[program]
+    point = {name: float(getattr(cases, name)[index]) for name in names}
+    results = outcomes.certify(exact(program, point | {"modulus_ratio": float(cases.ratio[index])})).results
+    return results.time, results.stretch
+
+
+def _certified_films(films: Films, program: str, index: int) -> tuple[Any, Any]:
+    """Return time and stretch of one film by two formulations that agree; NaN where they do not."""
+    import dead_load
+    import loading
+
+    given = {name: float(values[index]) for name, values in films.given.items()}
+    m = given["modulus_ratio"]
+    if "prestretch" in given:
+        row = dead_load.certify(program, m, given["prestretch"], None, given["field"], given.get("rate"))
+    else:
+        start, _, duration = (part[:, index] for part in pieces_of(films)[:3])
+        arguments = {
+            "overdrive": (start[0], duration[0], given["field"]),
+            "trapezoid": (given["field"], *duration),
+            "triangle_train": (given["field"], duration[0]),
+        }[program]
+        row = loading.certify(program, m, 1.0, tuple(float(value) for value in arguments))
+    return (float(row["time_to_failure"]), float(row["critical_stretch"])) if row else (np.nan, np.nan)
