@@ -30,7 +30,9 @@ def peaks(data: xr.Dataset, path: Path) -> None:
         ax.plot(part.period, part.allowable_peak, label=shape, **style)
         ax.plot([0.25 * first, 0.7 * first], [float(part.fast_limit)] * 2, color=colour, lw=2.5)
     ax.axhline(1.0, color="0.5", lw=0.8)
-    ax.annotate(r"field held, $E_c$", (float(data.period[-1]), 1.0), (0, -4), textcoords="offset points", ha="right", va="top")
+    ax.annotate(
+        r"field held, $E_c$", (float(data.period[-1]), 1.0), (0, -4), textcoords="offset points", ha="right", va="top"
+    )
     ax.set(xscale="log", xlabel=r"period $/\tau$", ylabel=r"allowable peak of the field, $E/E_c$")
     ax.set_ylim(bottom=0.93)
     ax.set_title("Largest peak that is survived indefinitely (bars: limit of short periods)", loc="left", fontsize=10)

@@ -19,10 +19,10 @@ from common.machine import describe_machine
 from common.options import study_parser
 
 MODULUS_RATIO = 4.0
-PERIODS, QUICK_PERIODS = np.logspace(-2.0, 2.0, 17), [1.0, 10.0]
-ABOVE, QUICK_ABOVE = np.logspace(-1.0, -6.0, 11), [1e-1, 1e-2]
-SIZE, QUICK_SIZE = 120, 8
-RTOL, QUICK_RTOL = 1e-8, 1e-4
+PERIODS, QUICK_PERIODS = np.logspace(-1.0, 2.0, 13), [1.0, 10.0]
+ABOVE, QUICK_ABOVE = np.logspace(-1.0, -5.0, 9), [1e-1, 1e-2]
+SIZE, QUICK_SIZE = 80, 8
+RTOL, QUICK_RTOL = 1e-7, 1e-4
 
 
 def main() -> None:
@@ -41,7 +41,9 @@ def main() -> None:
     whole.to_netcdf(folder / "cycling.nc")
     print_peaks(peaks)
     print_losses(losses)
-    counts = {word: int((found.outcome == k).sum()) for k, word in enumerate(found.outcome.attrs["flag_meanings"].split())}
+    counts = {
+        word: int((found.outcome == k).sum()) for k, word in enumerate(found.outcome.attrs["flag_meanings"].split())
+    }
     print("Map over duty and field:", ", ".join(f"{count} {word}" for word, count in counts.items()))
     print(describe_machine("NumPy", "SciPy", "Numba", "dea_maps"))
 

@@ -80,7 +80,9 @@ def average(data: xr.Dataset, path: Path) -> None:
         ax.plot(part.period, part.error_peak, color="#08306b", marker="o", label="allowable peak", **style)
         for above, colour, marker in zip(data.above.values, ("#d55e00", "#7a3b00"), "s^", strict=True):
             label = f"lifetime, peak {above:.0%} above the limit"
-            ax.plot(part.period, part.error_lifetime.sel(above=above), color=colour, marker=marker, label=label, **style)
+            ax.plot(
+                part.period, part.error_lifetime.sel(above=above), color=colour, marker=marker, label=label, **style
+            )
         ax.set(xscale="log", yscale="log", xlabel=r"period $/\tau$")
         ax.set_title(str(shape), loc="left", fontsize=10)
         ax.grid(color="0.9", lw=0.5)
