@@ -57,11 +57,13 @@ from .climb import (
     slow_manifold,
     write_failure,
 )
-from .film import FIELD_T, LOAD_T, W_T, curvature, unstable_d
+from .film import FIELD_T, GAP_I, GAP_T, LOAD_T, W_I, W_T, curvature, unstable_d
 
 # Rows of the states on the slow manifold: with y_floor, and e - e_t, infinite where a ramp begins without field.
 LATE_V, LATE_Y, LATE_EXCESS, FLOOR = range(4)
 STARTS = 4
+# Of the time in `_ceiling`: half of that estimate, and some less.
+HOLD_SHARE = 0.4
 # y_floor, of which the cost alone depends, is y where a damping of 1 is left, no farther than this share of the way to
 # the film without field.
 FLOOR_SHARE = 0.5
@@ -125,7 +127,7 @@ def _event(w, i, v, y, slope):
 
 @device
 def _prepare(w, i, rtol, tolerance_factor, damping):
-    w[Y_CEILING, i] = w[FIELD, i] / w[RATE, i] + 3e-15 / rtol
+    w[Y_CEILING, i] = max(w[Y_CEILING, i], 0.5 * w[FIELD, i] / w[RATE, i]) + 3e-15 / rtol
     w[INVERSE_TOLERANCE, i] /= tolerance_factor * rtol
     # Where a slow ramp's film leaves the slow manifold, r bends within a distance that its y there measures.
     w[LANDING, i] = w[Y_FLOOR, i] / LARGEST_FLOOR
@@ -165,6 +167,22 @@ def start_of(film, cell, starts, p, start, sigma, rate, damping):
     starts[FLOOR, cell] = min(LARGEST_FLOOR, floor)
 
 
+@device
+def _ceiling(film, cell, p, first):
+    """Return the shortest hold, roughly, over its delay by a relative error of r at its beginning.
+
+    r rises from r_0 by more than the spare load e_i - e over ``S = -de_c/dr = p (w_i**2/r_0**2 + 2 r_0 w_i**8)``, at a
+    rate of no more than its largest, and of no less than e/(2 e_i) of that at the beginning.
+    """
+    u = film[W_I, cell] * film[W_I, cell]
+    spare = max(film[GAP_I, cell], 0.0)
+    load = film[LOAD_T, cell] + film[GAP_T, cell]
+    cube = u * u * u
+    a = first * first
+    fall = p * u * (a + 2.0 * cube / (a * a)) + 1e-300
+    return HOLD_SHARE * load / (load + spare) * spare / fall
+
+
 def make_give(target_of: Callable[..., Any]) -> Callable[..., Any]:
     """Make ``give`` of `rising.driver.make_climb_of_cells`; ``target_of(film, cell, p)`` is e - e_t there."""
 
@@ -177,6 +195,7 @@ def make_give(target_of: Callable[..., Any]) -> Callable[..., Any]:
         target = target_of(film, cell, p)
         late = starts[LATE_EXCESS, cell] < min(target, 1e300)
         w[P, j] = p * square
+        w[Y_CEILING, j] = _ceiling(film, cell, p, first)
         w[RATE, j] = rate[cell]
         w[FIELD, j] = field[cell] if target < math.inf else math.inf
         w[INVERSE_TOLERANCE, j] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p))
