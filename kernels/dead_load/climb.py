@@ -71,6 +71,9 @@ ATTEMPTS = 3000
 FIRST_STEP = 0.1
 # The remainder of a landing, relative to the accuracy asked.
 LEFT = 1e-3
+# Bounds by rounding: of what counts as relaxation there, and of one over the error allowed in a step.
+SMALLEST_P = 1e-10
+TIGHTEST = 1e14
 # On the slow manifold: no entry where y is larger, nor so close to the film at rest without field.
 LARGEST_Y = 0.05
 LATEST = 0.9
@@ -365,7 +368,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
         D, change, rise, curve = event(w, i)
         if w[STATUS, i] == TO_INSTABILITY:
             aim = -D / change
-            if abs(aim * aim * aim) <= LEFT * rtol * min(1.0, w[Y_SHARE, i]):
+            if abs(aim * aim * aim) <= LEFT * rtol * min(1.0, w[Y_SHARE, i], max(w[P, i], SMALLEST_P)):
                 highest = w[X, i] + 0.5 * rise * aim
                 if highest <= w[TARGET, i]:
                     return True, aim
@@ -380,7 +383,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
             w[STEP, i] = -D / change
             return False, 0.0
         aim = 2.0 * gap / (rise + np.sqrt(square))
-        if aim * aim <= LEFT * rtol * min(1.0, w[Y_SHARE, i]):
+        if aim * aim <= LEFT * rtol * min(1.0, w[Y_SHARE, i], max(w[P, i], SMALLEST_P)):
             return True, aim
         w[STEP, i] = aim
         return False, 0.0
@@ -458,6 +461,9 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
                         w[ROUND, i] = 0.0
                         w[Y_SHARE, i] = min(1.0, field[cell] / rate[cell] + 1e-5) if target < math.inf else 1.0
                         w[TIGHTNESS, i] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)) / (SHARE * rtol)
+                        # Whether a film that hardly relaxes reaches a field is decided within p of f_t.
+                        if target < math.inf:
+                            w[TIGHTNESS, i] = min(w[TIGHTNESS, i] / min(p, 1.0), TIGHTEST)
                         begin(w, i, film, starts, cell, p, start[cell], sigma[cell], rate[cell], target)
                 if w[STATUS, i] != VACANT:
                     w[TRIAL, i] = w[STEP, i]
