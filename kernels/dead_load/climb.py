@@ -17,11 +17,14 @@ import numpy as np
 
 from .._jit import device
 from ..hold.gauss_legendre import NODES, OFFSETS
-from ..lane_state import AT_END, BUDGET_SPENT, FAILED, RUNNING
+from ..lane_state import AT_END, BUDGET_SPENT, FAILED
 from ..model import CRITICAL_LOAD
 from ..runge_kutta.step import make_sequence, make_weighted_sum
 from ..runge_kutta.tableaus import Row, Tableau
 from .film import FIELD_I, FIELD_T, LOAD_T, W_I, W_T, curvature, first_d, relaxed_stiffness, stable_side, unstable_d
+
+# Status of a cell: to be taken from the film without field, not at rest, to the instability or a given field.
+CREEPS = 9
 
 # Status of a lane.
 CLIMBING, TO_INSTABILITY, TO_FIELD, VACANT = 0.0, 1.0, 2.0, 3.0
@@ -68,6 +71,9 @@ ATTEMPTS = 3000
 FIRST_STEP = 0.1
 # The remainder of a landing, relative to the accuracy asked.
 LEFT = 1e-3
+# Bounds by rounding: of what counts as relaxation there, and of one over the error allowed in a step.
+SMALLEST_P = 1e-10
+TIGHTEST = 1e14
 # On the slow manifold: no entry where y is larger, nor so close to the film at rest without field.
 LARGEST_Y = 0.05
 LATEST = 0.9
@@ -76,6 +82,18 @@ SEARCHES = 4
 # Error of the field, of the accuracy asked, above which a climb is repeated with a tenth of the tolerance.
 OFF = 0.3
 ROUNDS = 4
+
+
+@device
+def damping_of(rtol):
+    """Damping of the error of the start of a slow ramp."""
+    return 4.0 - np.log(rtol)
+
+
+@device
+def rounding_of(r, h):
+    """Error of the time of failure by the rounding of r, which rises at 2 h."""
+    return ROUNDINGS * r / (2.0 * abs(h) + ROUNDINGS)
 
 
 @device
@@ -183,6 +201,26 @@ def _above_cube_root(x):
 
 
 @device
+def entry_at(w_t, sigma, p, load_t, relaxed, rate, damping):
+    """Return the d from which on an error decays by exp(-damping); at most ``relaxed``, that without field."""
+    entry = 0.5 * relaxed
+    for _ in range(SEARCHES):
+        decay = damping_from(w_t, sigma, p, load_t, entry) / rate
+        entry = min(entry * _above_cube_root(damping / decay), relaxed)
+    return entry
+
+
+@device
+def slow_manifold(w_t, sigma, load_t, rate, d):
+    """Return y on the slow manifold, to leading order in the rate; u, q, the load's rate and G there."""
+    q = 0.5 * d * relaxed_stiffness(d, w_t, sigma)
+    G, _ = curvature(d, w_t, 1.0, 1.0, sigma)
+    u = (w_t + d) * (w_t + d)
+    load_rate = 2.0 * rate * np.sqrt(CRITICAL_LOAD * max(load_t - d * d * G, 0.0))
+    return load_rate / (6.0 * u * u * q), u, q, load_rate, G
+
+
+@device
 def start_of(film, cell, starts, p, start, sigma, rate, damping):
     """Fill in a column of ``starts``, (STARTS, cells): both states with which the climb of a cell may begin.
 
@@ -193,15 +231,8 @@ def start_of(film, cell, starts, p, start, sigma, rate, damping):
     d, _ = first_d(p, start, w_t, sigma, film[W_I, cell], load_i)
     starts[FIRST_D, cell] = d
     relaxed = stable_side(load_t, w_t, 1.0, 1.0, sigma)  # of the film at rest without field
-    entry = 0.5 * relaxed
-    for _ in range(SEARCHES):
-        decay = damping_from(w_t, sigma, p, load_t, entry) / rate
-        entry = min(entry * _above_cube_root(damping / decay), relaxed)
-    q = 0.5 * entry * relaxed_stiffness(entry, w_t, sigma)
-    G, _ = curvature(entry, w_t, 1.0, 1.0, sigma)
-    u = (w_t + entry) * (w_t + entry)
-    load_rate = 2.0 * rate * np.sqrt(CRITICAL_LOAD * max(load_t - entry * entry * G, 0.0))
-    y = load_rate / (6.0 * u * u * q)
+    entry = entry_at(w_t, sigma, p, load_t, relaxed, rate, damping)
+    y, u, q, load_rate, G = slow_manifold(w_t, sigma, load_t, rate, entry)
     z = 1.0 - y
     excess = p * u * u * y * (1.0 + z + z * z) / z - entry * entry * G
     field = np.sqrt(max(f_t * f_t + excess / CRITICAL_LOAD, 0.0))
@@ -266,8 +297,8 @@ def _hermite(f0, d0, f1, d1, length):
 def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
     """Make ``climb(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)`` of a run of cells.
 
-    Every running cell to the instability, where its results are written, or to the field at which it is held, where
-    ``reached`` (REACHED, cells) says how. ``target_of(film, cell, field, p)`` is that field less f_t.
+    Every cell of status CREEPS to the instability, where its results are written, or to the field at which it is held,
+    where ``reached`` (REACHED, cells) says how. ``target_of(film, cell, p)`` is e - e_t there.
     """
     rows = [_make_stage(row, INPUT, SLOPES + STATES * (k + 1)) for k, row in enumerate(tableau.rows)]
     last = SLOPES + STATES * tableau.stages
@@ -337,7 +368,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
         D, change, rise, curve = event(w, i)
         if w[STATUS, i] == TO_INSTABILITY:
             aim = -D / change
-            if abs(aim * aim * aim) <= LEFT * rtol * min(1.0, w[Y_SHARE, i]):
+            if abs(aim * aim * aim) <= LEFT * rtol * min(1.0, w[Y_SHARE, i], max(w[P, i], SMALLEST_P)):
                 highest = w[X, i] + 0.5 * rise * aim
                 if highest <= w[TARGET, i]:
                     return True, aim
@@ -352,7 +383,7 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
             w[STEP, i] = -D / change
             return False, 0.0
         aim = 2.0 * gap / (rise + np.sqrt(square))
-        if aim * aim <= LEFT * rtol * min(1.0, w[Y_SHARE, i]):
+        if aim * aim <= LEFT * rtol * min(1.0, w[Y_SHARE, i], max(w[P, i], SMALLEST_P)):
             return True, aim
         w[STEP, i] = aim
         return False, 0.0
@@ -383,14 +414,14 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
             return FAILED if field / rate < math.inf else BUDGET_SPENT
         reached[REACHED_R, cell] = r + of_r * aim
         reached[REACHED_D, cell] = d + aim * w[SLOPES + 1, i]
-        reached[REACHED_ROUNDING, cell] = ROUNDINGS * r / (2.0 * abs(h) + ROUNDINGS)
+        reached[REACHED_ROUNDING, cell] = rounding_of(r, h)
         return AT_END
 
     @device
     def climb(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result):
         w = np.ones((count_of_rows, lanes))
         starts = np.empty((STARTS, status.size))
-        damping = 4.0 - np.log(rtol)
+        damping = damping_of(rtol)
         for cell in range(status.size):
             p = modulus_ratio[cell] - 1.0
             start_of(film, cell, starts, p, start[cell], sigma[cell], rate[cell], damping)
@@ -419,17 +450,20 @@ def make_climb(tableau: Tableau, target_of: Callable[..., Any], lanes: int) -> C
                         status[cell] = BUDGET_SPENT
                         w[STATUS, i] = VACANT
                 if w[STATUS, i] == VACANT:
-                    while following < status.size and status[following] != RUNNING:
+                    while following < status.size and status[following] != CREEPS:
                         following += 1
                     if following < status.size:
                         cell = following
                         following += 1
                         cells[i] = cell
                         p = modulus_ratio[cell] - 1.0
-                        target = target_of(film, cell, field[cell], p)
+                        target = target_of(film, cell, p) / (CRITICAL_LOAD * (field[cell] + film[FIELD_T, cell]))
                         w[ROUND, i] = 0.0
                         w[Y_SHARE, i] = min(1.0, field[cell] / rate[cell] + 1e-5) if target < math.inf else 1.0
                         w[TIGHTNESS, i] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)) / (SHARE * rtol)
+                        # Whether a film that hardly relaxes reaches a field is decided within p of f_t.
+                        if target < math.inf:
+                            w[TIGHTNESS, i] = min(w[TIGHTNESS, i] / min(p, 1.0), TIGHTEST)
                         begin(w, i, film, starts, cell, p, start[cell], sigma[cell], rate[cell], target)
                 if w[STATUS, i] != VACANT:
                     w[TRIAL, i] = w[STEP, i]

@@ -9,7 +9,6 @@ import numpy as np
 from .._jit import Kernel, device
 from ..hold import quadrature
 from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
-from ..model import CRITICAL_LOAD
 from ..programs import Program
 from ..runge_kutta.tableaus import TABLEAUS
 from ..sweep import (
@@ -21,7 +20,7 @@ from ..sweep import (
     RESULTS,
     TIME_TO_FAILURE,
 )
-from . import climb, hold, near_instant
+from . import climb, hold, near_instant, rise
 from .film import (
     FIELD_I,
     FIELD_T,
@@ -198,38 +197,64 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
 
 
 @device
-def _without_end(film, cell, field, p):
+def _without_end(film, cell, p):
     return math.inf
 
 
 @device
-def _up_to_hold(film, cell, field, p):
+def _up_to_hold(film, cell, p):
     # No film reaches the field at which it fails at once; an elastic one fails at that of a relaxed one.
     if p == 0.0 or film[GAP_I, cell] <= 0.0:
         return math.inf
-    return film[GAP_T, cell] / (CRITICAL_LOAD * (field + film[FIELD_T, cell]))
+    return film[GAP_T, cell]
+
+
+def make_take_up(target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
+    """Make ``take_up(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)``.
+
+    Films at rest take the form of one state, the others that of three. Arguments as `climb.make_climb` says.
+    """
+    at_rest = rise.make_rise(target_of, lanes)
+    creeping = climb.make_climb(TABLEAUS["dop853"], target_of, lanes)
+
+    @device
+    def take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result):
+        resting, creeps = 0, 0
+        for cell in range(status.size):
+            if status[cell] == RUNNING:
+                if rise.is_at_rest(start[cell], sigma[cell]):
+                    resting += 1
+                else:
+                    status[cell] = climb.CREEPS
+                    creeps += 1
+        if resting > 0:
+            at_rest(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        if creeps > 0:
+            creeping(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+
+    return take_up
 
 
 def make_solve_ramp(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field that rises without end."""
-    rise = climb.make_climb(TABLEAUS["dop853"], _without_end, lanes)
+    take_up = make_take_up(_without_end, lanes)
 
     @device
     def solve_ramp(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         reached = np.empty((climb.REACHED, status.size))
-        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
 
     return solve_ramp
 
 
 def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field that rises, then holds."""
-    rise = climb.make_climb(TABLEAUS["dop853"], _up_to_hold, lanes)
+    take_up = make_take_up(_up_to_hold, lanes)
 
     @device
     def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
         reached = np.empty((climb.REACHED, status.size))
-        rise(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
         w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)

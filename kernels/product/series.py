@@ -26,7 +26,7 @@ from ..forms.area_strain import event, excess_and_flow
 from ..hold import quadrature
 from ..model import CRITICAL_LOAD, CRITICAL_U
 from ..rising.control import CROSSED, NEAR, NOTHING, TOO_MANY, make_judge
-from ..rising.event import LARGEST_INVERSE_TOLERANCE, aim_between, land
+from ..rising.event import LARGEST_INVERSE_TOLERANCE, make_landing
 from ..rising.explicit import make_explicit
 from ..rising.start import begin, damping_for, prepare
 from ..rising.state import (
@@ -314,6 +314,7 @@ def make_series() -> Kernel:
     method = make_explicit(TABLEAUS["dop853"])
     attempt, last, rows, share = method.attempt, method.last, method.rows, method.tolerance_factor
     judge = make_judge(method)
+    aim_between, land = make_landing(method)
     lanes = LANES
 
     to_series = _make_to_series(attempt, last)
@@ -389,7 +390,7 @@ def make_series() -> Kernel:
                         else:
                             w[STATUS, i] = SPENT
                 if event_met == CROSSED:
-                    aim_between(w, i, last)
+                    aim_between(w, i)
                 elif event_met == NEAR:
                     land(w, i, LANDING * rtol * min(1.0, w[P, i]))
                 elif event_met == TOO_MANY:

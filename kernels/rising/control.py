@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import device
-from ..forms.area_strain import DIFFERENCE_STEP, excess_and_flow, rhs, stiffness
+from ..forms.area_strain import DIFFERENCE_STEP
 from .state import (
     AT_INSTABILITY,
     CLIMBING,
@@ -22,7 +22,6 @@ from .state import (
     NEW,
     PREVIOUS,
     SLOPES,
-    SPEED,
     STATUS,
     STEP,
     TARGET,
@@ -30,7 +29,6 @@ from .state import (
     Y_CEILING,
     Y_FLOOR,
     AreaMethod,
-    P,
     V,
     Y,
 )
@@ -62,6 +60,7 @@ def _exponential(x):
 
 def make_judge(method: AreaMethod) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
+    rhs, look = method.form.rhs, method.form.look
     error = method.error
     root = method.root
     last = method.last
@@ -81,8 +80,8 @@ def make_judge(method: AreaMethod) -> Callable[..., Any]:
             landing = (w[STATUS, i] > CLIMBING) & (w[STATUS, i] < AT_INSTABILITY)
             # Outside 0 < y < 1, where explicit steps that are too long may lead, lie other branches.
             good = (relative <= 1.0) & (y > 0.0) & (y < 1.0)
-            excess, h, u, d = excess_and_flow(v, y, w[P, i])
-            fallen = stiffness(y, w[P, i], h, u, d) <= 0.0
+            excess, stiffness = look(w, i, v, y)
+            fallen = stiffness <= 0.0
             met = climbing & good & (fallen | (excess >= w[TARGET, i]))
             accepted = (climbing | landing) & good & (not met)
             missed = landing & (not good)  # climb on, or go back further, with shorter steps
@@ -96,7 +95,7 @@ def make_judge(method: AreaMethod) -> Callable[..., Any]:
             w[STEP, i] = length * factor if climbing | missed else w[STEP, i]
             w[STATUS, i] = CLIMBING if missed & (length > 0.0) else w[STATUS, i]
 
-            beside = rhs(v, y + DIFFERENCE_STEP * size, w[P, i], w[SPEED, i])
+            beside = rhs(w, i, v, y + DIFFERENCE_STEP * size)
             grows = (beside - w[last, i]) * (inverse * (1.0 / DIFFERENCE_STEP))
             carried = w[GLOBAL_ERROR, i] * _exponential(0.5 * length * (w[JACOBIAN, i] + grows)) + estimate * size
             w[GLOBAL_ERROR, i] = carried if accepted else w[GLOBAL_ERROR, i]

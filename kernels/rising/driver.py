@@ -13,8 +13,8 @@ import numpy as np
 from .._jit import device
 from ..lane_state import AT_END, BUDGET_SPENT, FAILED, RUNNING, next_cells
 from .control import CROSSED, NEAR, NOTHING, TOO_MANY, make_judge
-from .event import LARGEST_INVERSE_TOLERANCE, aim_between, land
-from .start import begin, damping_for, prepare
+from .event import LARGEST_INVERSE_TOLERANCE, make_landing
+from .start import begin, damping_for
 from .state import (
     AT_INSTABILITY,
     COUNT,
@@ -40,21 +40,45 @@ VACANT = -1
 
 
 def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Callable[..., Any]:
-    """Make the climb of a run of cells, with ``target(field, modulus_ratio)`` the field at which it ends, in Ec.
+    """Make the climb of a run of free films, with ``target(field, modulus_ratio)`` the field at which it ends, in Ec.
 
-    ``climb(field, rate, modulus_ratio, rtol, status, reached)``: every running cell to its event, or to the end of its
-    attempts. Its ``status`` (cells,) becomes FAILED at the instability, AT_END at the target, which may be
-    infinite, or BUDGET_SPENT; ``reached`` (REACHED, cells) says where.
+    ``climb(field, rate, modulus_ratio, rtol, status, reached)``, as `make_climb_of_cells` says.
+    """
+
+    @device
+    def give(waiting, j, cell, cells):
+        field, rate, modulus_ratio = cells
+        waiting[RATE, j] = rate[cell]
+        waiting[FIELD, j] = target(field[cell], modulus_ratio[cell])
+        waiting[P, j] = modulus_ratio[cell] - 1.0
+
+    climb_of_cells = make_climb_of_cells(method, give, lanes)
+
+    @device
+    def climb(field, rate, modulus_ratio, rtol, status, reached):
+        climb_of_cells((field, rate, modulus_ratio), rtol, status, reached)
+
+    return climb
+
+
+def make_climb_of_cells(method: AreaMethod, give: Callable[..., Any], lanes: int) -> Callable[..., Any]:
+    """Make the climb of a run of cells, with ``give(waiting, j, cell, given)`` filling in what a lane is given.
+
+    ``climb(given, rtol, status, reached)``: every running cell to its event, or to the end of its attempts. Its
+    ``status`` (cells,) becomes FAILED at the instability, AT_END at the target, which may be infinite, or
+    BUDGET_SPENT; ``reached`` (REACHED, cells) says where.
     """
     attempt = method.attempt
     judge = make_judge(method)
-    last, rows, late_start, tolerance_factor = method.last, method.rows, method.late_start, method.tolerance_factor
+    aim_between, land = make_landing(method)
+    prepare = method.form.prepare
+    rows, late_start, tolerance_factor = method.rows, method.late_start, method.tolerance_factor
 
     @device
     def handle(w, i, rtol):
         """Deal with what the last attempt of a lane met."""
         if w[EVENT, i] == CROSSED:
-            aim_between(w, i, last)
+            aim_between(w, i)
         elif w[EVENT, i] == NEAR:
             if land(w, i, rtol):
                 w[INVERSE_TOLERANCE, i] = min(10.0 * w[INVERSE_TOLERANCE, i], LARGEST_INVERSE_TOLERANCE)
@@ -72,7 +96,7 @@ def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Ca
             status[cell] = FAILED if w[STATUS, i] == AT_INSTABILITY else AT_END
 
     @device
-    def climb(field, rate, modulus_ratio, rtol, status, reached):
+    def climb(given, rtol, status, reached):
         damping = damping_for(rtol) if late_start else math.inf
         w = np.zeros((rows, lanes))
         waiting = np.zeros((SLOPES, lanes))  # cells that are prepared together, to be taken one by one
@@ -96,10 +120,7 @@ def make_climb(method: AreaMethod, target: Callable[..., Any], lanes: int) -> Ca
                     taken = 0
                     if count > 0:
                         for j in range(lanes):  # apart from the next loop, which vectorises
-                            cell = waiting_cells[j]
-                            waiting[RATE, j] = rate[cell]
-                            waiting[FIELD, j] = target(field[cell], modulus_ratio[cell])
-                            waiting[P, j] = modulus_ratio[cell] - 1.0
+                            give(waiting, j, waiting_cells[j], given)
                         for j in range(lanes):
                             prepare(waiting, j, rtol, tolerance_factor, damping)
                 if cells[i] == VACANT and taken < count:

@@ -7,20 +7,21 @@ some 350 % more (measured: dop853, rtol 1e-6, random ramps).
 """
 
 import math
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from .._jit import device
-from ..forms.area_strain import event
 from .state import (
     AT_INSTABILITY,
     AT_LOAD,
     GLOBAL_ERROR,
     INVERSE_TOLERANCE,
+    LANDING,
     LOAD_EXCESS,
     NEW,
     SLOPES,
-    SPEED,
     STATUS,
     STEP,
     TARGET,
@@ -28,6 +29,7 @@ from .state import (
     TO_LOAD,
     TRIAL,
     Y_CEILING,
+    AreaMethod,
     P,
     V,
     Y,
@@ -68,64 +70,70 @@ def hermite_root(f0, d0, f1, d1, length):
     return x * length
 
 
-@device
-def aim_between(w, i, last):
-    """Length of a step that ends on the event which the last attempt crossed, by cubic interpolation over it."""
-    p, speed, target, length = w[P, i], w[SPEED, i], w[TARGET, i], w[TRIAL, i]
-    e0, D0, change0, K0 = event(w[V, i], w[Y, i], w[SLOPES, i], p, speed)
-    e1, D1, change1, K1 = event(w[V, i] + length, w[NEW, i], w[last, i], p, speed)
-    if D1 > 0.0 and e1 >= target:
-        w[STATUS, i] = TO_LOAD
-        w[STEP, i] = hermite_root(e0 - target, K0 * D0, e1 - target, K1 * D1, length)
-        return
-    fold = hermite_root(D0, change0, D1, change1, length)
-    w[STATUS, i] = TO_INSTABILITY
-    w[STEP, i] = fold
-    # The load rises from its slope at the beginning to no slope at the fold: a parabola estimates how high.
-    if e0 + 0.5 * K0 * D0 * fold > target:
-        w[STATUS, i] = TO_LOAD
-        highest = e0 + 0.5 * K0 * D0 * fold
-        w[STEP, i] = fold * (1.0 - np.sqrt((highest - target) / (highest - e0)))
+def make_landing(method: AreaMethod) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Make ``aim_between(w, i)`` and ``land(w, i, rtol)``: a lane that crossed an event, and one close to it."""
+    event = method.form.event
+    last = method.last
 
+    @device
+    def aim_between(w, i):
+        """Length of a step that ends on the event which the last attempt crossed, by cubic interpolation over it."""
+        target, length = w[TARGET, i], w[TRIAL, i]
+        e0, D0, change0, K0 = event(w, i, w[V, i], w[Y, i], w[SLOPES, i])
+        e1, D1, change1, K1 = event(w, i, w[V, i] + length, w[NEW, i], w[last, i])
+        if D1 > 0.0 and e1 >= target:
+            w[STATUS, i] = TO_LOAD
+            w[STEP, i] = hermite_root(e0 - target, K0 * D0, e1 - target, K1 * D1, length)
+            return
+        fold = hermite_root(D0, change0, D1, change1, length)
+        w[STATUS, i] = TO_INSTABILITY
+        w[STEP, i] = fold
+        # The load rises from its slope at the beginning to no slope at the fold: a parabola estimates how high.
+        if e0 + 0.5 * K0 * D0 * fold > target:
+            w[STATUS, i] = TO_LOAD
+            highest = e0 + 0.5 * K0 * D0 * fold
+            w[STEP, i] = fold * (1.0 - np.sqrt((highest - target) / (highest - e0)))
 
-@device
-def land(w, i, rtol):
-    """Decide on a lane close to its event: done, or the signed length of its next step.
+    @device
+    def land(w, i, rtol):
+        """Decide on a lane close to its event: done, or the signed length of its next step.
 
-    Returns whether the event is reached with an error too large, so that the lane has to begin again.
-    """
-    v, y, target = w[V, i], w[Y, i], w[TARGET, i]
-    e, D, change, K = event(v, y, w[SLOPES, i], w[P, i], w[SPEED, i])
-    if w[STATUS, i] == TO_INSTABILITY:
-        aim = -D / change
-        # de/dv and dr/dv vanish at the instability: half of either, times the distance, leaves a third-order error.
-        highest = e + 0.5 * K * D * aim
-        # Whether a load in between is reached takes e relative to what relaxation does to it, which is p.
-        allowed = LEFT * rtol * (min(1.0, w[P, i]) if target < math.inf else 1.0)
-        left = abs(aim * aim * aim)
-        # Where that error decides between the two events, it counts relative to the time to failure under the load.
-        undecided = abs(highest - target) <= UNCERTAIN * abs(aim) * (highest - e)
-        if left <= (allowed * min(1.0, w[Y_CEILING, i]) if undecided else allowed):
-            if highest <= target:
-                w[LOAD_EXCESS, i] = highest
-                w[STATUS, i] = AT_INSTABILITY
-            else:
-                w[STATUS, i] = TO_LOAD
-                aim -= np.sqrt(-2.0 * (highest - target) / (K * change))
-    else:
-        # e(v + aim) = target, with de/dv = K D and its derivative, which is K dD/dv near the instability.
-        gap = target - e
-        rise = K * D
-        square = rise * rise + 2.0 * K * change * gap
-        if square < 0.0:  # the load looks out of reach from here: find its maximum
-            w[STATUS, i] = TO_INSTABILITY
-            w[STEP, i] = -D / change
-            return False
-        aim = 2.0 * gap / (rise + np.sqrt(square))
-        if aim * aim <= LEFT * rtol * min(1.0, w[Y_CEILING, i]):
-            w[LOAD_EXCESS, i] = target
-            w[STATUS, i] = AT_LOAD
-    w[STEP, i] = aim
-    # Relative errors of the field and of the stretch at the instability are at most that of r = (1 - y)/u.
-    too_large = w[GLOBAL_ERROR, i] > rtol * min(1.0 - y, w[Y_CEILING, i])
-    return w[STATUS, i] >= AT_INSTABILITY and too_large and w[INVERSE_TOLERANCE, i] < LARGEST_INVERSE_TOLERANCE
+        Returns whether the event is reached with an error too large, so that the lane has to begin again.
+        """
+        v, y, target = w[V, i], w[Y, i], w[TARGET, i]
+        e, D, change, K = event(w, i, v, y, w[SLOPES, i])
+        if w[STATUS, i] == TO_INSTABILITY:
+            aim = -D / change
+            # de/dv and dr/dv vanish at the instability: half of either, times the distance, leaves a third-order error.
+            highest = e + 0.5 * K * D * aim
+            # Whether a load in between is reached takes e relative to what relaxation does to it, which is p.
+            allowed = LEFT * rtol * (min(1.0, w[P, i]) if target < math.inf else 1.0) * w[LANDING, i]
+            left = abs(aim * aim * aim)
+            # Where that error decides between the two events, it counts relative to the time to failure under the load.
+            undecided = abs(highest - target) <= UNCERTAIN * abs(aim) * (highest - e)
+            if left <= (allowed * min(1.0, w[Y_CEILING, i]) if undecided else allowed):
+                if highest <= target:
+                    w[LOAD_EXCESS, i] = highest
+                    w[STATUS, i] = AT_INSTABILITY
+                else:
+                    w[STATUS, i] = TO_LOAD
+                    aim -= np.sqrt(-2.0 * (highest - target) / (K * change))
+        else:
+            # e(v + aim) = target, with de/dv = K D and its derivative, which is K dD/dv near the instability.
+            gap = target - e
+            rise = K * D
+            square = rise * rise + 2.0 * K * change * gap
+            if square < 0.0:  # the load looks out of reach from here: find its maximum
+                w[STATUS, i] = TO_INSTABILITY
+                w[STEP, i] = -D / change
+                return False
+            aim = 2.0 * gap / (rise + np.sqrt(square))
+            if aim * aim <= LEFT * rtol * min(1.0, w[Y_CEILING, i]) * w[LANDING, i]:
+                w[LOAD_EXCESS, i] = target
+                w[STATUS, i] = AT_LOAD
+        w[STEP, i] = aim
+        # Relative errors of the field and of the stretch at the instability are at most that of r = (1 - y)/u.
+        too_large = w[GLOBAL_ERROR, i] > rtol * min(1.0 - y, w[Y_CEILING, i])
+        return w[STATUS, i] >= AT_INSTABILITY and too_large and w[INVERSE_TOLERANCE, i] < LARGEST_INVERSE_TOLERANCE
+
+    return aim_between, land

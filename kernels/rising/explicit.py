@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 
 from .._jit import device
-from ..forms.area_strain import rhs
 from ..runge_kutta.step import make_sequence, make_weighted_sum
 from ..runge_kutta.tableaus import Row, Tableau
-from .state import NEW, SLOPES, SPEED, TRIAL, AreaMethod, P, V, Y
+from .free_film import FREE
+from .state import NEW, SLOPES, TRIAL, AreaMethod, RisingForm, V, Y
 
 # Factor of the third difference of the slopes with which it is, raised to h**5, below the estimate of order 5 in the
 # median; measured on random ramps.
 DIFFERENCE = 0.002
 
 
-def _make_stage(weights: Row, stage: int) -> Callable[..., Any]:
+def _make_stage(weights: Row, stage: int, rhs: Callable[..., Any]) -> Callable[..., Any]:
     """Make ``stage(w)``: the slope at one stage, in every lane."""
     weighted_sum = make_weighted_sum(weights, SLOPES, states=1)
     node = sum(weights)
@@ -27,7 +27,7 @@ def _make_stage(weights: Row, stage: int) -> Callable[..., Any]:
     def one_stage(w):
         for i in range(w.shape[1]):
             y = w[Y, i] + w[TRIAL, i] * weighted_sum(w, i, 0)
-            w[target, i] = rhs(w[V, i] + node * w[TRIAL, i], y, w[P, i], w[SPEED, i])
+            w[target, i] = rhs(w, i, w[V, i] + node * w[TRIAL, i], y)
 
     return one_stage
 
@@ -91,9 +91,10 @@ def _make_root(order: int) -> Callable[..., Any]:
     return root
 
 
-def make_explicit(tableau: Tableau) -> AreaMethod:
+def make_explicit(tableau: Tableau, form: RisingForm = FREE) -> AreaMethod:
     """Make the steps of a Runge-Kutta method with an embedded error estimate."""
-    stages = make_sequence([_make_stage(row, stage + 1) for stage, row in enumerate(tableau.rows)])
+    rhs = form.rhs
+    stages = make_sequence([_make_stage(row, stage + 1, rhs) for stage, row in enumerate(tableau.rows)])
     solution = make_weighted_sum(tableau.weights, SLOPES, states=1)
     last = SLOPES + tableau.stages
     # Measured (studies/tolerance): the estimate raised to h**9 is far above the error, that of order 5 is close to it.
@@ -105,7 +106,7 @@ def make_explicit(tableau: Tableau) -> AreaMethod:
         stages(w)
         for i in range(w.shape[1]):
             w[NEW, i] = w[Y, i] + w[TRIAL, i] * solution(w, i, 0)
-            w[last, i] = rhs(w[V, i] + w[TRIAL, i], w[NEW, i], w[P, i], w[SPEED, i])
+            w[last, i] = rhs(w, i, w[V, i] + w[TRIAL, i], w[NEW, i])
 
     error, root = _make_error(tableau), _make_root(tableau.error_order)
-    return AreaMethod(attempt, error, root, True, tolerance_factor, last, last + 1)
+    return AreaMethod(attempt, error, root, True, tolerance_factor, last, last + 1, form)

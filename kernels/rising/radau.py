@@ -10,6 +10,7 @@ import numpy as np
 
 from .._jit import device
 from ..forms.area_strain import jacobian, rhs
+from .free_film import FREE
 from .state import JACOBIAN, NEW, SLOPES, SPEED, TRIAL, AreaMethod, P, V, Y
 
 ROOT6 = math.sqrt(6.0)
@@ -103,4 +104,4 @@ def _root(x):
 
 
 # The tolerance factor 0.2 is measured (studies/tolerance), as that of the explicit methods.
-RADAU5 = AreaMethod(_attempt, _error, _root, False, 0.2, LAST, ESTIMATE + 1)
+RADAU5 = AreaMethod(_attempt, _error, _root, False, 0.2, LAST, ESTIMATE + 1, FREE)

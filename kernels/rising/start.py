@@ -14,6 +14,7 @@ from .state import (
     GLOBAL_ERROR,
     INVERSE_TOLERANCE,
     JACOBIAN,
+    LANDING,
     PREVIOUS,
     RATE,
     SLOPES,
@@ -138,6 +139,7 @@ def prepare(w, i, rtol, tolerance_factor, damping):
     y = y if late else 0.0
     floor = min(LARGEST_FLOOR, slow_manifold_y(min(slow_manifold_entry(p, rate, FLOOR_DAMPING), FLOOR_U), rate))
     w[Y_FLOOR, i] = floor
+    w[LANDING, i] = 1.0
     f = rhs(v, y, p, speed)
     grows = jacobian(v, y, f, p, speed)
     w[START_V, i] = v

@@ -38,12 +38,36 @@ START_JACOBIAN = 21
 START_STEP = 22
 RATE = 23  # k
 FIELD = 24  # at which to stop, in Ec
+SHAPE = 25  # of a film under a dead load: (w_p)**6, and w_t/w_p
+TOP = 26
+LANDING = 27  # share of the accuracy asked to which an event is met, where the solution bends sharply next to it
 # and the derivatives, one row a stage, the one at the new state last.
-SLOPES = 25
+SLOPES = 28
 
 # What is left of a lane when it is done: rows of the result of a climb.
 REACHED = (V, Y, SLOPES, STEP, LOAD_EXCESS)
 REACHED_V, REACHED_Y, REACHED_SLOPE, REACHED_AIM, REACHED_LOAD_EXCESS = range(len(REACHED))
+
+
+class RisingForm(NamedTuple):
+    """A scalar equation dy/dv that is regular from the film without field to the instability and beyond.
+
+    Attributes
+    ----------
+    rhs : callable
+        ``rhs(w, i, v, y)``: dy/dv with what lane i is given.
+    look : callable
+        ``look(w, i, v, y)``: the load in excess of the largest one of a relaxed film, and the stiffness D.
+    event : callable
+        ``event(w, i, v, y, slope)``: excess, D, dD/dv along the solution, and K = (de/dv)/D, which is positive.
+    prepare : callable
+        ``prepare(w, i, rtol, tolerance_factor, damping)``: complete what a lane is given, see `start.prepare`.
+    """
+
+    rhs: Callable[..., Any]
+    look: Callable[..., Any]
+    event: Callable[..., Any]
+    prepare: Callable[..., Any]
 
 
 class AreaMethod(NamedTuple):
@@ -66,6 +90,8 @@ class AreaMethod(NamedTuple):
         Row of the slope at the new state.
     rows : int
         Rows of the block.
+    form : RisingForm
+        The equation.
     """
 
     attempt: Callable[..., Any]
@@ -75,3 +101,4 @@ class AreaMethod(NamedTuple):
     tolerance_factor: float
     last: int
     rows: int
+    form: RisingForm
