@@ -56,7 +56,7 @@ def sweep(arguments: argparse.Namespace) -> None:
         return
     for path, plan in zip(paths, plans, strict=True):
         if plan.film is not None and not arguments.quiet:
-            say(str(scales_of(plan.hollow())))
+            say(str(scales_of(plan.template())))
         write(plan, arguments.fresh, progress=sys.stderr.isatty() and not arguments.quiet)
         if not arguments.quiet:
             with open_map(path) as ds:

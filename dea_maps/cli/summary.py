@@ -205,8 +205,8 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
     cells                      2
     """
     grid, choice = plan.grid, plan.choice
-    hollow = plan.hollow()
-    size = grid.cells * sum(array.dtype.itemsize for array in hollow.data_vars.values())
+    template = plan.template()
+    size = grid.cells * sum(array.dtype.itemsize for array in template.data_vars.values())
     accuracy = f"rtol {choice.rtol:g}" if choice.step is None else f"step {choice.step:g}"
     finished = [] if fresh else finished_parts(plan)
     left = 1.0 - sum(map(plan.cells, finished)) / max(1, grid.cells)
@@ -220,11 +220,11 @@ def describe_plan(plan: Plan, fresh: bool = False) -> str:
             _row("cells", f"{grid.cells:,}"),
             _row("size", f"{_bytes_in_words(size)}; less in the file, which is compressed"),
             _row("parts", f"{plan.parts.count:,}{done}"),
-            *_film(hollow),
+            *_film(template),
             _row("method", f"{choice.method}, formulation {choice.formulation}, {accuracy}"),
             _row("estimated time", f"{_time_in_words(left * computing)} on this machine{rest}"),
             _row("start", _start_in_words(start, compiling)),
-            *_parameters(hollow),
+            *_parameters(template),
         ]
     )
 

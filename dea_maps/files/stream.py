@@ -92,7 +92,7 @@ class Plan:
         """The true field at which the film breaks down, normalised by the relaxed critical field, if it is known."""
         return self.film.material.strength if self.film is not None and self.film.limited else None
 
-    def hollow(self) -> xr.Dataset:
+    def template(self) -> xr.Dataset:
         """Return the map without its values: views of single numbers."""
         none = {
             name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
@@ -262,10 +262,10 @@ def _write(
     plan: Plan, parts: Parts, engine: Threads | Dask, temporary: Path, on_cells: Callable[[int], object]
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
-    hollow = plan.hollow()
+    template = plan.template()
     # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
     with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
-        file = disk.submit(MapFile, temporary, hollow, plan.chunks).result()
+        file = disk.submit(MapFile, temporary, template, plan.chunks).result()
         saves: deque[Future[None]] = deque()
         writes: deque[Future[None]] = deque()
         try:

@@ -128,7 +128,7 @@ def write(plan: Plan, fresh: bool, progress: bool) -> None:
         As in `sweep_to_netcdf`.
     """
     if plan.grid.cells == 0:
-        write_dataset(plan.hollow(), plan.path)
+        write_dataset(plan.template(), plan.path)
         return
     with shown_notices(progress), progress_bar(plan.grid) if progress else nullcontext() as bar:
         stream(plan, fresh=fresh, on_cells=bar.update if bar else _nothing)
@@ -184,7 +184,7 @@ def planned_file(
 
 def _check_room(plan: Plan, target: Path, there: int) -> None:
     """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
-    maps = plan.hollow()
+    maps = plan.template()
     parts = sum(maps[name].nbytes for name in plan.variables)
     # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
     needed = max(parts - there, 0) + maps.nbytes // 4

@@ -24,7 +24,7 @@ class MapFile:
     ----------
     path : Path
         The file to write; an old one is replaced.
-    hollow : Dataset
+    template : Dataset
         The map without its values: its variables may be views of a single number.
     chunks : Cut
         How the variables are cut into chunks within the file.
@@ -35,19 +35,19 @@ class MapFile:
         If it cannot be written.
     """
 
-    def __init__(self, path: Path, hollow: xr.Dataset, chunks: Cut) -> None:
+    def __init__(self, path: Path, template: xr.Dataset, chunks: Cut) -> None:
         self.path = path
         path.unlink(missing_ok=True)
-        names = list(map(str, hollow.data_vars))
+        names = list(map(str, template.data_vars))
         # xarray writes the coordinates, and shows on a map of one cell how it would write the variables.
         one_cell = path.with_name(f"{path.name}.cell")
         try:
             with NETCDF_LOCK:
-                hollow.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
-                hollow.isel({dim: slice(0, 1) for dim in hollow.dims}).to_netcdf(one_cell, engine="netcdf4")
+                template.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
+                template.isel({dim: slice(0, 1) for dim in template.dims}).to_netcdf(one_cell, engine="netcdf4")
                 self._file = netCDF4.Dataset(path, "a")
                 with self._closed_on_errors(), netCDF4.Dataset(one_cell) as pattern:
-                    self._describe(hollow, pattern, chunks)
+                    self._describe(template, pattern, chunks)
         except RuntimeError as error:
             raise OSError(f"cannot write {path}: {error}") from error
         finally:
@@ -62,15 +62,15 @@ class MapFile:
             self._file.close()
             raise
 
-    def _describe(self, hollow: xr.Dataset, pattern: netCDF4.Dataset, chunks: Cut) -> None:
+    def _describe(self, template: xr.Dataset, pattern: netCDF4.Dataset, chunks: Cut) -> None:
         """Make the dimensions and the variables."""
         self._file.set_auto_maskandscale(False)
         if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
             self._file.delncattr("coordinates")
-        for dim, size in hollow.sizes.items():
+        for dim, size in template.sizes.items():
             if dim not in self._file.dimensions:
                 self._file.createDimension(str(dim), size)
-        for name in map(str, hollow.data_vars):
+        for name in map(str, template.data_vars):
             self._define(pattern[name], chunks)
 
     def _define(self, pattern: "netCDF4.Variable[Any]", chunks: Cut) -> None:
@@ -99,7 +99,7 @@ class MapFile:
             with NETCDF_LOCK:
                 for name, values in arrays.items():
                     variable = self._file[name]
-                    variable[index if index else ...] = values.reshape(np.shape(_hollow(variable.shape)[index]))
+                    variable[index if index else ...] = values.reshape(np.shape(_template(variable.shape)[index]))
         except RuntimeError as error:  # how netCDF4 reports what HDF5 could not do, such as filling a full disk
             raise OSError(f"cannot write {self.path}: {error}") from error
 
@@ -112,5 +112,5 @@ class MapFile:
             raise OSError(f"cannot write {self.path}: {error}") from error
 
 
-def _hollow(shape: tuple[int, ...]) -> NDArray[np.generic]:
+def _template(shape: tuple[int, ...]) -> NDArray[np.generic]:
     return np.broadcast_to(np.int8(0), shape)
