@@ -482,8 +482,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                                 ),
                             )
                             verdict = FAILED
-                            if repeats != 1:
-                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell]
+                            if repeats != 1:  # all repetitions are completed, the last one counted here again
+                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell] + 1.0
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0

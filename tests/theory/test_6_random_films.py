@@ -18,7 +18,7 @@ from dea_maps.kernels.lane_state import BUDGET_SPENT, FAILED, RUNNING
 from dea_maps.kernels.rising import control
 from dea_maps.kernels.rising.explicit import make_explicit
 from dea_maps.kernels.runge_kutta.tableaus import TABLEAUS
-from dea_maps.sweeps import run as sweeping
+from dea_maps.runs import maps as sweeping
 from dea_maps.sweeps import solve
 
 PROGRAMS = {"step": dm.Step(), "ramp": dm.Ramp(), "ramp_hold": dm.RampHold()}
