@@ -132,8 +132,8 @@ _FOLD_REGION = (
 )
 
 _TIME_REGION = (
-    "modulus_ratio from 1 to 40, durations and periods from 0.01 to 100, up to 1e5 cycles, rtol from 1e-10, "
-    "prestretch to 4; beyond, the result is as accurate as asked or unresolved"
+    "modulus_ratio from 1 to 1000, durations and periods from 1e-3 to 1e3, any number of cycles, rtol from 1e-10, "
+    "prestretch or stress to 6; beyond, the result is as accurate as asked or unresolved"
 )
 
 _DEAD_LOAD_REGION = (
