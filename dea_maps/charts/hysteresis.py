@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 from ..checks import brief
 from ..program_text import program_of
-from ..sweeps.loading import loading_time
+from ..sweeps.loading import repetition_starts, repetitions_before
 from .boundaries import FAILS_LATER, SURVIVES
 from .data import check_variables
 from .layout import add_heading, axes_for, line_width, text_size
@@ -126,11 +126,11 @@ def _cycles(ds: xr.Dataset) -> dict[int, npt.NDArray[np.bool_]]:
         return {0: alive}
     names = (*program.parameters, "modulus_ratio")
     given = {name: np.array([float(ds[name])]) for name in names}
-    period = float(loading_time(program, given)[0]) / max(program.repeats, 1)
-    margin = _ROUNDING * period + 4.0 * np.spacing(time)
     found: dict[int, npt.NDArray[np.bool_]] = {}
-    for number in np.unique(np.floor(time / period)).astype(np.int64).tolist():
-        where = (time >= number * period - margin) & (time <= (number + 1) * period + margin) & alive
+    for number in np.unique(repetitions_before(program, given, time)).tolist():
+        begin, end = repetition_starts(program, given, np.array([number, number + 1.0]))
+        margin = _ROUNDING * (end - begin) + 4.0 * np.spacing(time)
+        where = (time >= begin - margin) & (time <= end + margin) & alive
         if where.sum() > 1:
             found[int(number)] = where
     return found

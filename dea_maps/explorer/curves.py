@@ -12,7 +12,7 @@ from ..program_text import kinds_in
 from ..programs import Program
 from ..runs.maps import sweep
 from ..sweeps.chunks import evenly
-from ..sweeps.loading import arrays_of, field_at, loading_time, table_of
+from ..sweeps.loading import arrays_of, field_at, repetition_starts, table_of
 from ..sweeps.solve import relaxation_rate, trace
 from .cells import REPETITIONS, RTOL, Cells, Floats
 
@@ -103,7 +103,7 @@ def curves_of(cells: Cells) -> Curves:
     lifetime = np.where(outcome == FAILS_LATER, _column(ds, "time_to_failure"), 0.0)
     lifetime = np.where(outcome == BREAKS_DOWN, np.nan_to_num(broken["time_to_breakdown"]), lifetime)
     repeats = REPETITIONS if program.repeats not in range(1, REPETITIONS + 1) else program.repeats
-    loaded = loading_time(program, values) / max(program.repeats, 1) * repeats
+    loaded = repetition_starts(program, values, np.full(outcome.shape, float(repeats)))
     rate = np.maximum(np.nan_to_num(relaxation_rate(found["final_stretch"], values["modulus_ratio"])), 1e-9)
     span = np.where(outcome == SURVIVES, loaded + np.minimum(_LONGEST, -np.log(_LAST) / rate), lifetime)
     if repeats != program.repeats:

@@ -15,7 +15,7 @@ from ..outcomes import Limit, Outcome, Reason, flag_attributes
 from ..programs import Program
 from ..sweeps.dead_load import has_dead_load
 from ..sweeps.grid import kinds_taken, make_grid
-from ..sweeps.loading import loading_time
+from ..sweeps.loading import repetitions_before
 from ..sweeps.methods import choose
 from ..sweeps.parameters import ParameterLike
 from ..sweeps.ratios import in_ratios
@@ -249,8 +249,8 @@ def _fates(
     found["outcome"] = np.select(cases, fate, found["outcome"])
     found["time_to_failure"] = np.where(broken, time, found["time_to_failure"])
     if "cycles_to_failure" in found:
-        cycle = loading_time(program, films) / max(program.repeats, 1)
-        found["cycles_to_failure"] = np.where(broken, np.floor(time / cycle), found["cycles_to_failure"])
+        completed = repetitions_before(program, films, time)
+        found["cycles_to_failure"] = np.where(broken, completed, found["cycles_to_failure"])
     return found
 
 

@@ -280,8 +280,6 @@ def loading_time(program: Program, parameters: Parameters) -> Float:
     array([2.4])
     """
     table = table_of(program)
-    if table.endless:
-        return np.zeros_like(parameters["modulus_ratio"])
     first, later = _durations(table, parameters)
     if table.once:
         return first + later * max(table.repeats - 1, 1)
@@ -302,10 +300,26 @@ def repetition_starts(program: Program, parameters: Parameters, completed: Float
     return np.where(completed > 0.0, first + (completed - 1.0) * later, 0.0)
 
 
+def repetitions_before(program: Program, parameters: Parameters, time: Float) -> Float:
+    """Return how many repetitions of a repeated program are completed by a time.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import TriangleTrain
+    >>> given = {"field": np.array([1.2]), "period": np.array([0.5]), "modulus_ratio": np.array([4.0])}
+    >>> repetitions_before(TriangleTrain(), given, np.array([1.7]))
+    array([3.])
+    """
+    first, later = _durations(table_of(program), parameters)
+    return np.maximum(np.floor((time - (first - later)) / later), 0.0)
+
+
 def _durations(table: Table, parameters: Parameters) -> tuple[Float, Float]:
-    """Return the duration of the first repetition, and of each one that follows."""
+    """Return the duration of the first repetition, and of each one that follows; zero of a field without an end."""
     columns = [np.broadcast_to(column(parameters), parameters["modulus_ratio"].shape) for column in table.columns]
     duration = [np.zeros_like(parameters["modulus_ratio"]) for _ in range(2)]
+    if table.endless:
+        return duration[0], duration[1]
     for piece, (scale, source) in enumerate(zip(table.scale[:, 2], table.source[:, 2], strict=True)):
         later = table.once <= piece
         duration[later] = duration[later] + scale * columns[source]

@@ -15,7 +15,7 @@ from dea_maps.programs import (
     TriangleTrain,
     Waveform,
 )
-from dea_maps.sweeps.loading import field_at, loading_time, table_of
+from dea_maps.sweeps.loading import field_at, loading_time, repetition_starts, repetitions_before, table_of
 
 VALUES = {
     "field": 1.2, "rate": 0.5, "hold_time": 2.0, "fall_rate": 2.0, "width": 1.5, "overdrive_field": 1.8,
@@ -95,3 +95,11 @@ def test_a_million_samples_take_one_column():
 def test_columns_are_shared_between_pieces():
     program = Sequence([Linear("x", rate="k"), Hold(Share("d", "T")), Linear(0.0, rate="k"), Hold(Share("d", "T"))])
     assert len(table_of(program).columns) == 5  # 1, x, up, the share, down
+
+
+def test_repetitions_by_time_where_the_first_is_longer():
+    program = Sequence([Linear("field", rate=1.0), Hold(1.0), Linear(0.5, rate=1.0)], repeat=True)
+    given = {name: np.full(4, value) for name, value in {"field": 1.5, "modulus_ratio": 4.0}.items()}
+    # The first takes 1.5 + 1 + 1, each of the others 1 + 1 + 1.
+    np.testing.assert_allclose(repetition_starts(program, given, np.array([0.0, 1.0, 2.0, 3.0])), [0.0, 3.5, 6.5, 9.5])
+    np.testing.assert_array_equal(repetitions_before(program, given, np.array([0.0, 3.4, 3.6, 9.6])), [0, 0, 1, 3])
