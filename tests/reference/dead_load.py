@@ -9,15 +9,14 @@ python tests/reference/dead_load.py            the table anew (needs heyoka and 
 python tests/reference/dead_load.py --check 10 as many of its rows computed again and compared
 """
 
-import csv
-import hashlib
 import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from loading import HASH_LINE, SEED, Real, _real, linear, mp, passage, relaxed, unknown
+from loading import SEED, Real, _real, linear, mp, passage, relaxed, unknown
+from table import read_hashed, write_hashed
 
 PATH = Path(__file__).resolve().parent / "dead_load.csv"
 COLUMNS = (
@@ -238,22 +237,17 @@ def generate() -> None:
         print(program, len(mine), file=sys.stderr, flush=True)
         rows += mine
     lines = [",".join(COLUMNS)] + [",".join(row.get(name, "") for name in COLUMNS) for row in rows]
-    body = "\n".join(lines) + "\n"
-    head = (
-        f"# dea_maps reference: {len(rows)} films under a dead load, certified by two formulations\n"
-        "# made by: python tests/reference/dead_load.py\n"
-        f"# agreement: relative difference of the formulations, at most {REQUIRED}\n"
-    )
-    PATH.write_text(f"{head}{HASH_LINE}{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
+    notes = [
+        f"dea_maps reference: {len(rows)} films under a dead load, certified by two formulations",
+        "made by: python tests/reference/dead_load.py",
+        f"agreement: relative difference of the formulations, at most {REQUIRED}",
+    ]
+    write_hashed(PATH, notes, "\n".join(lines) + "\n")
 
 
 def read() -> list[dict[str, str]]:
     """Return the rows of the table as text; ValueError if they do not match the hash."""
-    _, _, rest = PATH.read_text(encoding="utf-8").partition(HASH_LINE)
-    digest, _, body = rest.partition("\n")
-    if hashlib.sha256(body.encode()).hexdigest() != digest:
-        raise ValueError("dead_load.csv does not match its hash: generate it again, never edit it")
-    return list(csv.DictReader(body.splitlines()))
+    return read_hashed(PATH)
 
 
 def confirmed(stored: dict[str, str]) -> bool:

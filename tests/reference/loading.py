@@ -9,8 +9,6 @@ python tests/reference/loading.py            the table anew (needs heyoka and mp
 python tests/reference/loading.py --check 10 as many of its rows computed again and compared
 """
 
-import csv
-import hashlib
 import math
 import sys
 from collections.abc import Iterator
@@ -19,9 +17,9 @@ from pathlib import Path
 
 import numpy as np
 from mpmath import MPContext
+from table import read_hashed, write_hashed
 
 PATH = Path(__file__).resolve().parent / "loading.csv"
-HASH_LINE = "# sha256 of all that follows this line: "
 SEED = 20110608
 COLUMNS = (
     "program",
@@ -392,22 +390,17 @@ def generate() -> None:
 def write(rows: list[dict[str, str]]) -> None:
     """Write the table."""
     lines = [",".join(COLUMNS)] + [",".join(row.get(name, "") for name in COLUMNS) for row in rows]
-    body = "\n".join(lines) + "\n"
-    head = (
-        f"# dea_maps reference: {len(rows)} films under general loading programs, certified by two formulations\n"
-        "# made by: python tests/reference/loading.py; the programs' arguments a to d are those of PROGRAMS there\n"
-        f"# extended precision; agreement: relative difference of the formulations, at most {REQUIRED}\n"
-    )
-    PATH.write_text(f"{head}{HASH_LINE}{hashlib.sha256(body.encode()).hexdigest()}\n{body}", encoding="utf-8")
+    notes = [
+        f"dea_maps reference: {len(rows)} films under general loading programs, certified by two formulations",
+        "made by: python tests/reference/loading.py; the programs' arguments a to d are those of PROGRAMS there",
+        f"extended precision; agreement: relative difference of the formulations, at most {REQUIRED}",
+    ]
+    write_hashed(PATH, notes, "\n".join(lines) + "\n")
 
 
 def read() -> list[dict[str, str]]:
     """Return the rows of the table as text; ValueError if they do not match the hash."""
-    _, _, rest = PATH.read_text(encoding="utf-8").partition(HASH_LINE)
-    digest, _, body = rest.partition("\n")
-    if hashlib.sha256(body.encode()).hexdigest() != digest:
-        raise ValueError("loading.csv does not match its hash: generate it again, never edit it")
-    return list(csv.DictReader(body.splitlines()))
+    return read_hashed(PATH)
 
 
 def confirmed(stored: dict[str, str]) -> bool:

@@ -29,13 +29,25 @@ def write(program: str, notes: list[str], rows: list[dict[str, str]]) -> None:
     writer = csv.DictWriter(body, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    text = body.getvalue()
+    write_hashed(FOLDER / f"{program}.csv", notes, body.getvalue())
+
+
+def write_hashed(path: Path, notes: list[str], text: str) -> None:
+    """Write column names and rows in one stroke, below notes and their hash."""
     digest = hashlib.sha256(text.encode()).hexdigest()
-    path = FOLDER / f"{program}.csv"
     part = path.with_suffix(".part")
     head = "".join(f"# {note}\n" for note in notes)
     part.write_text(f"{head}{HASH_LINE}{digest}\n{text}", encoding="utf-8")
     os.replace(part, path)
+
+
+def read_hashed(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a table as text; ValueError if they do not match the hash."""
+    _, _, rest = path.read_bytes().decode().partition(HASH_LINE)
+    digest, _, body = rest.partition("\n")
+    if hashlib.sha256(body.encode()).hexdigest() != digest:
+        raise ValueError(f"{path.name} does not match its hash: generate it again, never edit it")
+    return list(csv.DictReader(io.StringIO(body)))
 
 
 def read(program: str) -> list[dict[str, str]]:
@@ -51,12 +63,7 @@ def read(program: str) -> list[dict[str, str]]:
     list of dict
         Column name to text, empty where the row has no such number.
     """
-    text = (FOLDER / f"{program}.csv").read_bytes().decode()
-    _, _, rest = text.partition(HASH_LINE)
-    digest, _, body = rest.partition("\n")
-    if hashlib.sha256(body.encode()).hexdigest() != digest:
-        raise ValueError(f"{program}.csv does not match its hash: generate it again, never edit it")
-    return list(csv.DictReader(io.StringIO(body)))
+    return read_hashed(FOLDER / f"{program}.csv")
 
 
 def load(program: str) -> dict[str, np.ndarray]:
