@@ -44,7 +44,7 @@ def design_chart(ds: xr.Dataset, ax: Axes | None = None, *, size: str = "column"
         From `dea_maps.design`: ``allowable_voltage`` in V over ``film`` and ``holding_time`` in s, of which two
         or more are finite, and perhaps ``limit``, what limits it.
     ax : Axes, optional
-        Where to draw; the names of the films take their room off it. By default on a new figure, ``ax.figure``.
+        Where to draw; the names of the films take part of its width. By default on a new figure, ``ax.figure``.
     size : {"column", "slide"}
         Of a new figure.
 

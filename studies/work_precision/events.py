@@ -155,7 +155,7 @@ def untold(engine: Callable[[float], Through]) -> Callable[[Films, float], tuple
                 alive = alive[~fails & np.isfinite(spent)]
                 if alive.size == 0:
                     return
-            time[alive] = np.nan  # outlasts the pieces
+            time[alive] = np.nan  # it survives the pieces
 
         def read() -> Answer:
             return time, 1.0 / critical(r, p, sigma)[0]

@@ -18,7 +18,7 @@ from pieces import CRITICAL_LOAD, Array, Films, Pieces, critical, equilibrium, f
 SUBSTEPS = (2, 4, 6, 8, 10, 12)
 TOLERANCE = 2e-14  # between two columns; the result is that of the better one
 SHORTEST = 1e-12
-LONGEST = 100_000  # pieces that a film may outlast, and steps in one of them
+LONGEST = 100_000  # pieces that a film may survive, and steps in one of them
 
 Rhs = Callable[[Array], Array]
 
@@ -155,4 +155,4 @@ def failures(films: Films, refinement: int = 1) -> Failure:
         alive = alive[~fails]
         if alive.size == 0:
             return Failure(time.astype(float), stretch.astype(float), outlasted, within.astype(float))
-    raise RuntimeError(f"{films.scene}: films outlast {LONGEST} pieces")
+    raise RuntimeError(f"{films.scene}: films survive {LONGEST} pieces")

@@ -1,6 +1,6 @@
 """Several pieces for solvers that take one right-hand side at a time, from a known place to a known place.
 
-A film goes through a piece that it outlasts in plain time; where it fails, D or the margin is the independent variable,
+A film goes through a piece that it survives in plain time; where it fails, D or the margin is the independent variable,
 so that there is no event to find. Between pieces NumPy finds the stretch after a jump of the field, and that is timed.
 What no solver can know beforehand is given to them, from the truth, and is not timed: in which piece every film fails
 and when, to change variables half-way there. `dea_maps` is told nothing.
