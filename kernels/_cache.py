@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from functools import cache, cached_property
 from pathlib import Path
 from sys import implementation
+from types import CodeType, FunctionType
 from typing import Any
 
 import numba
@@ -54,9 +55,7 @@ class MachineCode:
     @cached_property
     def _identity(self) -> bytes:
         """What tells a kernel from others of the same sources: its code, and the functions that it was made from."""
-        cells = tuple(cell.cell_contents for cell in self._function.__closure__ or ())
-        identity: bytes = dumps((self._function.__code__.co_code, cells))
-        return identity
+        return repr(_content(self._function)).encode()
 
     def _path(self, signature: str, target: Any) -> Path:
         """File of the code for some types of arguments, a processor, and the versions of Python and Numba."""
@@ -125,6 +124,22 @@ class MachineCode:
                     used[folder] = folder.stat().st_mtime
         for folder in sorted(used, key=used.__getitem__, reverse=True)[KEPT - 1 :]:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+def _content(value: Any) -> Any:
+    """Return what a function computes with, as nested tuples of plain values.
+
+    Not its pickle, which depends on the folder of the sources, and on whether Python compiled them in this process or
+    read them from its own cache: a second process would then compile the kernel again.
+    """
+    if isinstance(value, FunctionType):
+        cells = [_content(cell.cell_contents) for cell in value.__closure__ or ()]
+        return value.__module__, value.__qualname__, _content(value.__code__), cells, _content(value.__defaults__)
+    if isinstance(value, CodeType):
+        return value.co_code, value.co_names, [_content(constant) for constant in value.co_consts]
+    if isinstance(value, tuple | list):
+        return [_content(item) for item in value]
+    return value if value is None or isinstance(value, bool | int | float | str | bytes) else dumps(value)
 
 
 def _read(path: Path) -> bytes | None:

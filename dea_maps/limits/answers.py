@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
-from scipy.optimize import elementwise
 
 from ..checks import brief
 from ..outcomes import Limit, Reason, flag_attributes
@@ -106,6 +105,8 @@ def roots(
     """
     found, reason = np.full(inner.shape, np.nan), np.zeros(inner.shape, np.int8)
     if inner.any():
+        from scipy.optimize import elementwise  # here: a first small sweep needs no roots
+
         tolerances: dict[str, Any] = {"xatol": 0.0, "xrtol": 0.0, "fatol": 0.0, "frtol": 0.0, **tolerance}
         own = tuple(argument[inner] for argument in arguments)
         result = elementwise.find_root(function, (low[inner], high[inner]), args=own, tolerances=tolerances)

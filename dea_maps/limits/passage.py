@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from scipy.optimize import elementwise
 
 from ..materials.strength import StrengthOf, excess
 from ..outcomes import Limit, Reason
@@ -242,6 +241,8 @@ class _Search:
         width = _LOOKS[0]
         sought = (depth > 0.0) & (best > 0) & (best < _LOOKS.size - 1)
         if sought.any():
+            from scipy.optimize import elementwise  # here: a first small sweep needs no minima
+
             triple = share[sought] - width, share[sought], share[sought] + width
             least = elementwise.find_minimum(
                 below, triple, args=(index[sought].astype(float),), maxiter=_ITERATIONS,

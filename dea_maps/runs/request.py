@@ -116,7 +116,7 @@ def _warn(grid: Grid, film: Film | None) -> None:
     """Warn of what is implausible in a sweep, and in volts for a film."""
     if film is not None:
         warn_film(*film)
-    most = float(grid.coords["modulus_ratio"].max()) ** 0.5
+    most = float(grid.coords["modulus_ratio"].values.max()) ** 0.5
     for name, kind in grid.program.kinds.items():
         values = grid.coords[name].values
         if kind == "field":

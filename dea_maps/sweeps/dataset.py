@@ -1,6 +1,7 @@
 """The data set of a sweep: variables, CF attributes and how they are stored."""
 
 from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -118,10 +119,16 @@ def annotated(ds: xr.Dataset, grid: Grid, provenance: Mapping[str, str | float],
         **attributes_of(grid.program),
         **provenance,
         "dea_maps_version": release,
-        "numba_version": version("numba"),
+        "numba_version": _release("numba"),
         "numpy_version": np.__version__,
     }
     return with_storage(ds)
+
+
+@cache
+def _release(package: str) -> str:
+    """Return the version of a package; reading it from the disk takes as long as a sweep of few cells."""
+    return version(package)
 
 
 def with_storage(ds: xr.Dataset) -> xr.Dataset:
@@ -132,10 +139,9 @@ def with_storage(ds: xr.Dataset) -> xr.Dataset:
     >>> with_storage(xr.Dataset({"x": ("cell", [1.0, 2.0])})).x.encoding["zlib"]
     True
     """
-    for variable in ds.variables.values():
-        variable.encoding = {**_storage(variable), "_FillValue": None}
-    for array in ds.data_vars.values():
-        array.encoding = _storage(array.variable)
+    for name, variable in ds.variables.items():
+        storage = _storage(variable)
+        variable.encoding = {**storage, "_FillValue": None} if name in ds.coords else storage
     return ds
 
 

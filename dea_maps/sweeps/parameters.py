@@ -80,15 +80,15 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str, unit
     raw = given if isinstance(given, np.ndarray) else given.values
     if raw.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
-    named = xr.DataArray(raw, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     values = np.array(raw, dtype=np.float64)
+    named = xr.DataArray(values, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     check_values(name, values, KINDS[kind])
     _check_coordinates(name, named, values)
     own = named.attrs.get("units", units)
     if own not in ({"", "1", "dimensionless"} if units == "1" else {units, units.replace(" s-1", "/s")}):
         wanted = "dimensionless, with units '1'" if units == "1" else f"in {units}"
         raise ValueError(f"{name} must be {wanted}; got units {own!r}")
-    array = named.copy(data=values)
+    array = named if given is raw else named.copy(data=values)
     quantity = parameter(name, kind)
     array.attrs = {"long_name": quantity.long_name, **named.attrs, "units": units}
     return array

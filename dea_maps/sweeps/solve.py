@@ -146,7 +146,8 @@ def solve(
         found = found._replace(
             largest_stretch=np.where(found.outcome == Outcome.SURVIVES, found.final_stretch, found.critical_stretch)
         )
-    absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in program.results)
+    results = program.results
+    absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in results)
     return found._replace(**absent)
 
 
@@ -460,6 +461,11 @@ def _in_threads(
     threads: int | None = None,
 ) -> None:
     """Call ``compute`` for every start on some threads, or all; an error or Ctrl-C stops them all."""
+    if len(starts) == 1:  # starting a thread takes longer than few cells
+        finished = compute(starts[0])
+        if on_cells is not None:
+            on_cells(finished)
+        return
     remaining = iter(starts)
     finished = 0
     stop = threading.Event()

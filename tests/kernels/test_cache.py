@@ -126,6 +126,20 @@ def test_a_kernel_has_one_file_and_kernels_are_told_apart(folder):
 
 
 @compiles_only
+@pytest.mark.parametrize("moved", [False, True])
+def test_neither_python_s_own_cache_nor_the_folder_decides_what_is_found(package, moved):
+    kept = {"NUMBA_CACHE_DIR": str(package / "cache"), "PYTHONDONTWRITEBYTECODE": ""}
+    assert call(package, **kept)[0] == "True"  # Python compiles the sources
+    assert any(package.rglob("*.pyc"))
+    if moved:
+        (package / "dea_maps").rename(package / "other")
+        (package / "elsewhere").mkdir()
+        (package / "other").rename(package / "elsewhere" / "dea_maps")
+        package /= "elsewhere"
+    assert call(package, **kept)[0] == "False"  # Python reads them compiled
+
+
+@compiles_only
 def test_another_version_of_numba_does_not_find_the_code(folder, monkeypatch):
     assert used(scale_by(2.0), 3.0) == (True, 6.0)
     monkeypatch.setattr(numba, "__version__", "another")
