@@ -5,7 +5,7 @@ import logging
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -25,7 +25,8 @@ from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
 from ..sweeps.product import Product, product_of
 from ..sweeps.solve import KERNELS, forget_product, solve
-from .checkpoints import Arrays
+
+Arrays = Mapping[str, NDArray[np.generic]]
 
 ENGINES = ("threads", "dask")
 # How often Dask tries a part again whose computing raised an error; where a worker ends unexpectedly, three times.

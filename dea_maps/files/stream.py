@@ -9,9 +9,10 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -29,8 +30,8 @@ from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
 from ..sweeps.product import product_of
 from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, solve
-from .checkpoints import WHOLE, Arrays, Parts, folder_of, locked_parts
-from .engines import Dask, Pending, Task, Threads, task_of
+from .checkpoints import WHOLE, Chunks, Parts, folder_of, locked_parts
+from .engines import Arrays, Dask, Pending, Task, Threads, task_of
 from .writer import MapFile
 
 # Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
@@ -42,9 +43,9 @@ CHUNK_CELLS = 65_536
 SAMPLE, SAMPLE_LIMITED = 2000, 100
 # Rates and modulus ratios of a product grid; of fields as many as of cells.
 SAMPLE_SHARING = 10
-# Parts in memory at once: being computed, converted, saved, written, and waiting for that.
+# Parts in memory at once: being computed, converted, compressed, written, and waiting for that.
 PARTS_IN_MEMORY = 8
-# Saves and writes that may wait for the disk before the computing does.
+# Parts that may wait to be compressed and written before the computing does.
 WAITING = 4
 
 
@@ -138,16 +139,34 @@ class Plan:
         part = self.parts.cells(number)
         return int(part.stop - part.start)
 
+    def chunks_of(self, number: int) -> range:
+        """Return the numbers of the chunks of a part, which are whole."""
+        part = self.parts.cells(number)
+        return range(self.chunks.holding(part.start), self.chunks.holding(part.stop - 1) + 1)
+
+    def within(self, number: int, chunk: int) -> slice:
+        """Return where a chunk is among the cells of a part."""
+        start, cells = self.parts.cells(number).start, self.chunks.cells(chunk)
+        return slice(cells.start - start, cells.stop - start)
+
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
         digest.update(pickle.dumps(self.grid.program))  # of a long waveform, repr would show some samples
         known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
-        digest.update(repr((*known, self.parts, KERNELS, *self._limit())).encode())
+        stored = (self.parts, self.chunks, netCDF4.__netcdf4libversion__, self._film())
+        digest.update(repr((*known, *stored, KERNELS, *self._limit())).encode())
         for name, array in self.grid.parameters.items():
             own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
             digest.update(repr((name, own.shape)).encode() + np.ascontiguousarray(own).tobytes())
         return digest.hexdigest()
+
+    def _film(self) -> Film | None:
+        """Return what the SI units depend on."""
+        if self.film is None:
+            return None
+        numbers = replace(self.film.material, name="", source="", breakdown_strength=None)
+        return self.film._replace(material=numbers)
 
     def _limit(self) -> tuple[object, ...]:
         """Return what the breakdown depends on; a function has no name that says what it returns, today and later."""
@@ -170,17 +189,15 @@ def make_plan(
     scheduler: str | None = None,
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
-    chunks = cut(grid.shape, CHUNK_CELLS)
-    bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2)
-    part_cells = PART_CELLS
+    limited = film is not None and film.limited
+    bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2) + (3 * LIMIT_BYTES if limited else 0)
+    most = max(1, memory // (PARTS_IN_MEMORY * bytes_of_cell))
+    chunks = cut(grid.shape, min(CHUNK_CELLS, most))
     # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
-    if film is not None and film.limited:
-        bytes_of_cell += 3 * LIMIT_BYTES
-        part_cells = min(part_cells, math.prod(chunks.part_shape))
-    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * bytes_of_cell)))
+    part_cells = min(PART_CELLS, math.prod(chunks.part_shape)) if limited else PART_CELLS
     product = product_of(grid.program, grid.parameters) if choice.shared else None
     divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
-    parts = cut(grid.shape, most, chunks)
+    parts = cut(grid.shape, min(part_cells, most), chunks)
     return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided)
 
 
@@ -243,6 +260,7 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
     with locked_parts(target, plan.identity()) as parts:
         if fresh:
             parts.clear()
+        parts.regain()
         temporary = parts.folder / WHOLE
         computing = Threads(on_cells) if plan.engine == "threads" else Dask(plan.scheduler, on_cells)
         try:
@@ -254,7 +272,6 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
             raise KeyboardInterrupt(*note) from None
         finally:
-            temporary.unlink(missing_ok=True)
             computing.close()
 
 
@@ -263,43 +280,65 @@ def _write(
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
     template = plan.template()
-    # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
-    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
-        file = disk.submit(MapFile, temporary, template, plan.chunks).result()
-        saves: deque[Future[None]] = deque()
+    names = [str(name) for name in template.data_vars]
+    # Libraries of NetCDF are called from one thread of its own; compression and the disk let the others compute.
+    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(default_threads()) as compressing:
+        file = disk.submit(MapFile, temporary, template, names, plan.chunks).result()
         writes: deque[Future[None]] = deque()
         try:
-            for number, arrays, is_new in _finished(plan, parts, engine, on_cells):
-                while len(saves) + len(writes) >= WAITING:
-                    (saves or writes).popleft().result()
-                if is_new:
-                    saves.append(saver.submit(parts.save, number, arrays))
-                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(number, arrays)))
-            for future in (*saves, *writes):
+            for number, arrays, old in _finished(plan, parts, engine, len(names), on_cells):
+                while len(writes) >= WAITING:
+                    writes.popleft().result()
+                numbers = plan.chunks_of(number)
+                if old is None:
+                    values = plan.stored(number, arrays)
+                    chunks = [
+                        compressing.submit(file.storage[name].chunk, values[name][plan.within(number, chunk)])
+                        for name in names
+                        for chunk in numbers
+                    ]
+                else:
+                    chunks = [_ready(chunk) for chunk in old]
+                writes.append(disk.submit(_place, parts, file, number, names, numbers, chunks))
+            for future in writes:
                 future.result()
         finally:
-            for future in writes:  # what is computed is saved, but a file that will not be completed can stay as it is
-                future.cancel()
             disk.submit(file.close).result()
 
 
+def _place(
+    parts: Parts, file: MapFile, number: int, names: list[str], numbers: range, chunks: list[Future[bytes]]
+) -> None:
+    """Put a part into the file when it is compressed; then it is finished."""
+    found = [chunk.result() for chunk in chunks]
+    count = len(numbers)
+    by_name = {name: found[at * count : (at + 1) * count] for at, name in enumerate(names)}
+    parts.save(number, found, file.write(numbers.start, by_name))
+
+
 def _finished(
-    plan: Plan, parts: Parts, engine: Threads | Dask, on_cells: Callable[[int], object]
-) -> Iterator[tuple[int, Arrays, bool]]:
-    """Yield number, values, and whether they are new, of all parts in order; some are begun ahead of the others."""
-    kinds = _kinds(plan.variables, plan.dtype)
-    window: deque[tuple[int, Arrays | None, Pending | None]] = deque()
+    plan: Plan, parts: Parts, engine: Threads | Dask, variables: int, on_cells: Callable[[int], object]
+) -> Iterator[tuple[int, Arrays, Chunks | None]]:
+    """Yield number and values, or chunks that are there, of all parts in order; some are begun ahead of the others."""
+    window: deque[tuple[int, Chunks | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
-            old = parts.load(number, {name: (kind, plan.cells(number)) for name, kind in kinds.items()})
+            old = parts.load(number, variables * len(plan.chunks_of(number)))
             window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
         if window and (len(window) > engine.ahead or number >= plan.parts.count):
-            first, arrays, pending = window.popleft()
+            first, chunks, pending = window.popleft()
             if pending is not None:
-                yield first, _result(first, plan, pending), True
-            elif arrays is not None:
+                yield first, _result(first, plan, pending), None
+            else:
                 on_cells(plan.cells(first))
-                yield first, arrays, False
+                yield first, {}, chunks
+
+
+def _ready(chunk: bytes) -> Future[bytes]:
+    """Return a chunk as one that is compressed already."""
+    future: Future[bytes] = Future()
+    future.set_result(chunk)
+    return future
 
 
 def _kinds(variables: tuple[str, ...], dtype: str) -> dict[str, np.dtype[np.generic]]:

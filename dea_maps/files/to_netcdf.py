@@ -183,15 +183,13 @@ def planned_file(
 
 
 def _check_room(plan: Plan, target: Path, there: int) -> None:
-    """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
-    maps = plan.template()
-    parts = sum(maps[name].nbytes for name in plan.variables)
+    """Check that the map may fit on the disk, which holds it once, in its parts: more is not known beforehand."""
     # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
-    needed = max(parts - there, 0) + maps.nbytes // 4
+    needed = plan.template().nbytes // 4 - there
     free = shutil.disk_usage(target.parent).free
     if free < needed:
         raise OSError(
-            f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
+            f"cannot write {plan.path}: the map needs at least {needed / 2**20:,.1f} MiB, "
             f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
         )
 
