@@ -96,7 +96,9 @@ def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads
     use: dict[str, Any] = {"on_cells": on_cells, "threads": threads}
     found: dict[str, NDArray[Any]]
     if task.strength is None:
-        found = solve(task.program, parameters, task.choice, product=task.product, **use).by_name()
+        found = solve(
+            task.program, parameters, task.choice, product=task.product, wanted=task.variables, **use
+        ).by_name()
     else:
         found = solve_with_limits(task.program, parameters, task.choice, task.strength, **use)
     kinds = {name: np.int8 if name in FLAGGED else np.dtype(task.dtype) for name in task.variables}

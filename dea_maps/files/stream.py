@@ -31,12 +31,13 @@ from ..sweeps.methods import Choice
 from ..sweeps.product import product_of
 from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, solve
 from .checkpoints import WHOLE, Chunks, Parts, folder_of, locked_parts
+from .digits import described
 from .engines import Arrays, Dask, Pending, Task, Threads, task_of
 from .writer import MapFile
 
-# Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
-# is large enough for the disk.
-PART_CELLS = 500_000
+# Cells of a part: at a million a second it takes less than a second, so an interrupt or a crash costs little; and it is
+# large enough for the disk. Five results of each are below 32 MiB, so that the next part has their memory again.
+PART_CELLS = 750_000
 # Cells of a chunk within the file: half a megabyte of float64.
 CHUNK_CELLS = 65_536
 # Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
@@ -74,6 +75,8 @@ class Plan:
     divided : bool
         Whether each part of a product grid is computed as a grid of its own: with the same results, but what it has in
         common with other parts is computed again.
+    digits : {"auto"} or None
+        As in `dea_maps.sweep_to_netcdf`.
     """
 
     path: Path
@@ -87,6 +90,7 @@ class Plan:
     engine: str = "threads"
     scheduler: str | None = None
     divided: bool = False
+    digits: str | None = None
 
     @property
     def strength(self) -> StrengthOf | None:
@@ -94,7 +98,12 @@ class Plan:
         return self.film.material.strength if self.film is not None and self.film.limited else None
 
     def template(self) -> xr.Dataset:
-        """Return the map without its values: views of single numbers."""
+        """Return the file without the values of its maps: views of single numbers."""
+        whole = self.maps()
+        return whole if self.digits is None or self.choice.rtol is None else described(whole, self.choice.rtol)
+
+    def maps(self) -> xr.Dataset:
+        """Return the maps without their values: views of single numbers."""
         none = {
             name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
             for name, kind in _kinds((*self.grid.program.results, *BREAKDOWN), self.dtype).items()
@@ -153,7 +162,7 @@ class Plan:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
         digest.update(pickle.dumps(self.grid.program))  # of a long waveform, repr would show some samples
-        known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
+        known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype, self.digits)
         stored = (self.parts, self.chunks, netCDF4.__netcdf4libversion__, self._film())
         digest.update(repr((*known, *stored, KERNELS, *self._limit())).encode())
         for name, array in self.grid.parameters.items():
@@ -187,6 +196,7 @@ def make_plan(
     film: Film | None = None,
     engine: str = "threads",
     scheduler: str | None = None,
+    digits: str | None = None,
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
     limited = film is not None and film.limited
@@ -198,7 +208,7 @@ def make_plan(
     product = product_of(grid.program, grid.parameters) if choice.shared else None
     divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
     parts = cut(grid.shape, min(part_cells, most), chunks)
-    return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided)
+    return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided, digits)
 
 
 def finished_parts(plan: Plan) -> list[int]:
@@ -279,8 +289,7 @@ def _write(
     plan: Plan, parts: Parts, engine: Threads | Dask, temporary: Path, on_cells: Callable[[int], object]
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
-    template = plan.template()
-    names = [str(name) for name in template.data_vars]
+    template, names = plan.template(), [str(name) for name in plan.maps().data_vars]
     # Libraries of NetCDF are called from one thread of its own; compression and the disk let the others compute.
     with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(default_threads()) as compressing:
         file = disk.submit(MapFile, temporary, template, names, plan.chunks).result()

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..netcdf_lock import NETCDF_LOCK
 from ..sweeps.chunks import Cut
 from .checkpoints import WITHIN
+from .digits import BITS, rounded
 from .filters import filtered
 
 
@@ -30,14 +31,19 @@ class Storage(NamedTuple):
         Of a chunk.
     filters : tuple of int
         As in `filtered`.
+    bits : int or None
+        As in `rounded`; None does not round.
     """
 
     fill: np.generic
     cells: int
     filters: tuple[int, ...]
+    bits: int | None = None
 
     def chunk(self, values: NDArray[np.generic]) -> bytes:
         """Return what the file stores of the values of a chunk, in any thread."""
+        if self.bits is not None:
+            values = rounded(values, self.bits)
         if values.size < self.cells:
             values = np.concatenate([values, np.full(self.cells - values.size, self.fill)])
         return filtered(values, self.filters)
@@ -180,4 +186,5 @@ class MapFile:
 def _storage(variable: h5py.Dataset) -> Storage:
     properties = variable.id.get_create_plist()
     filters = tuple(properties.get_filter(number)[0] for number in range(properties.get_nfilters()))
-    return Storage(variable.dtype.type(variable.fillvalue), math.prod(variable.chunks or ()), filters)
+    bits = variable.attrs[BITS].item() if BITS in variable.attrs else None
+    return Storage(variable.dtype.type(variable.fillvalue), math.prod(variable.chunks or ()), filters, bits)
