@@ -88,7 +88,10 @@ def _shuffled(data: Bytes, itemsize: int) -> Bytes:
         return data
     items = data.size // itemsize
     whole = items * itemsize
-    return np.concatenate([data[:whole].reshape(items, itemsize).T.ravel(), data[whole:]])
+    shuffled = np.empty_like(data)
+    shuffled[:whole].reshape(itemsize, items)[:] = data[:whole].reshape(items, itemsize).T
+    shuffled[whole:] = data[whole:]
+    return shuffled
 
 
 def _deflated(data: Bytes, itemsize: int) -> Bytes:
