@@ -87,7 +87,7 @@ def watch(values: int, accuracy: str, target: Path) -> Run:
     text = (HERE / "ramp_hold.toml").read_text(encoding="utf-8")
     specification = target.with_name(f"{target.stem}.toml")
     specification.write_text(text.replace(f"num = {VALUES}", f"num = {values}") + accuracy, encoding="utf-8")
-    command = [sys.executable, "-m", "dea_maps", "sweep", str(specification), "-o", str(target), "--quiet"]
+    command = [sys.executable, "-m", "dea_maps", "sweep", str(specification), "-o", str(target)]
     command += ["--variables", ",".join(VARIABLES), "--dtype", "float32"]
     begin, before, looks = time.perf_counter(), os.times(), []
     parts = target.with_name(f"{target.name}.parts")
