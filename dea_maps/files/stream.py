@@ -7,7 +7,7 @@ import pickle
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -148,15 +148,12 @@ class Plan:
         part = self.parts.cells(number)
         return int(part.stop - part.start)
 
-    def chunks_of(self, number: int) -> range:
-        """Return the numbers of the chunks of a part, which are whole."""
+    def chunks_of(self, number: int) -> tuple[int, list[slice]]:
+        """Return the number of the first chunk of a part, and where its chunks, all whole, are among its cells."""
         part = self.parts.cells(number)
-        return range(self.chunks.holding(part.start), self.chunks.holding(part.stop - 1) + 1)
-
-    def within(self, number: int, chunk: int) -> slice:
-        """Return where a chunk is among the cells of a part."""
-        start, cells = self.parts.cells(number).start, self.chunks.cells(chunk)
-        return slice(cells.start - start, cells.stop - start)
+        numbers = range(self.chunks.holding(part.start), self.chunks.holding(part.stop - 1) + 1)
+        cells = map(self.chunks.cells, numbers)
+        return numbers.start, [slice(chunk.start - part.start, chunk.stop - part.start) for chunk in cells]
 
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
@@ -270,10 +267,10 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
     with locked_parts(target, plan.identity()) as parts:
         if fresh:
             parts.clear()
-        parts.regain()
         temporary = parts.folder / WHOLE
         computing = Threads(on_cells) if plan.engine == "threads" else Dask(plan.scheduler, on_cells)
         try:
+            parts.regain()
             _write(plan, parts, computing, temporary, on_cells)
             with naming(target):
                 move_into_place(temporary, target)
@@ -298,31 +295,25 @@ def _write(
             for number, arrays, old in _finished(plan, parts, engine, len(names), on_cells):
                 while len(writes) >= WAITING:
                     writes.popleft().result()
-                numbers = plan.chunks_of(number)
+                first, places = plan.chunks_of(number)
                 if old is None:
                     values = plan.stored(number, arrays)
-                    chunks = [
-                        compressing.submit(file.storage[name].chunk, values[name][plan.within(number, chunk)])
-                        for name in names
-                        for chunk in numbers
-                    ]
+                    chunks = [compressing.submit(file.storage[name].chunks, values[name], places) for name in names]
                 else:
-                    chunks = [_ready(chunk) for chunk in old]
-                writes.append(disk.submit(_place, parts, file, number, names, numbers, chunks))
+                    count = len(places)
+                    chunks = [_ready(old[at * count : (at + 1) * count]) for at in range(len(names))]
+                writes.append(disk.submit(_place, parts, file, number, first, dict(zip(names, chunks, strict=True))))
             for future in writes:
                 future.result()
         finally:
             disk.submit(file.close).result()
 
 
-def _place(
-    parts: Parts, file: MapFile, number: int, names: list[str], numbers: range, chunks: list[Future[bytes]]
-) -> None:
+def _place(parts: Parts, file: MapFile, number: int, first: int, chunks: Mapping[str, Future[Chunks]]) -> None:
     """Put a part into the file when it is compressed; then it is finished."""
-    found = [chunk.result() for chunk in chunks]
-    count = len(numbers)
-    by_name = {name: found[at * count : (at + 1) * count] for at, name in enumerate(names)}
-    parts.save(number, found, file.write(numbers.start, by_name))
+    found = {name: of_variable.result() for name, of_variable in chunks.items()}
+    offsets = file.write(first, found)
+    parts.save(number, [chunk for of_variable in found.values() for chunk in of_variable], offsets)
 
 
 def _finished(
@@ -332,7 +323,7 @@ def _finished(
     window: deque[tuple[int, Chunks | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
-            old = parts.load(number, variables * len(plan.chunks_of(number)))
+            old = parts.load(number, variables * len(plan.chunks_of(number)[1]))
             window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
         if window and (len(window) > engine.ahead or number >= plan.parts.count):
             first, chunks, pending = window.popleft()
@@ -343,10 +334,10 @@ def _finished(
                 yield first, {}, chunks
 
 
-def _ready(chunk: bytes) -> Future[bytes]:
-    """Return a chunk as one that is compressed already."""
-    future: Future[bytes] = Future()
-    future.set_result(chunk)
+def _ready(chunks: Chunks) -> Future[Chunks]:
+    """Return chunks as what is compressed already."""
+    future: Future[Chunks] = Future()
+    future.set_result(chunks)
     return future
 
 

@@ -40,8 +40,11 @@ class Storage(NamedTuple):
     filters: tuple[int, ...]
     bits: int | None = None
 
-    def chunk(self, values: NDArray[np.generic]) -> bytes:
-        """Return what the file stores of the values of a chunk, in any thread."""
+    def chunks(self, values: NDArray[np.generic], places: Sequence[slice]) -> list[bytes]:
+        """Return what the file stores of values, chunk by chunk: in any thread."""
+        return [self._chunk(values[place]) for place in places]
+
+    def _chunk(self, values: NDArray[np.generic]) -> bytes:
         if self.bits is not None:
             values = rounded(values, self.bits)
         if values.size < self.cells:
@@ -90,8 +93,8 @@ class MapFile:
                 with netCDF4.Dataset(path, "a") as file, netCDF4.Dataset(one_cell) as pattern:
                     self._describe(file, template, names, pattern)
                 self._file = h5py.File(path, "r+")
-                self._variables = {name: self._file[name] for name in names}
-                self.storage = {name: _storage(variable) for name, variable in self._variables.items()}
+                self.storage = {name: _storage(self._file[name]) for name in names}
+                self._stored = {name: self._file[name].id for name in names}
         finally:
             one_cell.unlink(missing_ok=True)
         self._bytes = path.open("rb", buffering=0)
@@ -157,18 +160,18 @@ class MapFile:
             for name, of_variable in chunks.items():
                 for number, chunk in enumerate(of_variable, first):
                     with NETCDF_LOCK:
-                        self._put(self._variables[name], number, chunk)
+                        self._put(self._stored[name], number, chunk)
                     offsets.append(self._end(chunk))
             os.fsync(self._bytes.fileno())
         return offsets
 
-    def _put(self, variable: h5py.Dataset, number: int, chunk: bytes) -> None:
-        if variable.shape:
-            index = self._chunks.index(number)
-            start = [place.start if isinstance(place, slice) else int(place) for place in index]
-            variable.id.write_direct_chunk((*start, *[0] * (variable.ndim - len(start))), chunk)
+    def _put(self, variable: h5py.h5d.DatasetID, number: int, chunk: bytes) -> None:
+        dims = len(self._chunks.shape)
+        if dims:
+            start = [place.start if isinstance(place, slice) else int(place) for place in self._chunks.index(number)]
+            variable.write_direct_chunk((*start, *[0] * (dims - len(start))), chunk)
         else:
-            variable[()] = np.frombuffer(chunk, variable.dtype)[0]
+            variable.write(h5py.h5s.ALL, h5py.h5s.ALL, np.frombuffer(chunk, variable.dtype))
 
     def _end(self, chunk: bytes) -> int:
         """Return the offset of a chunk that the file ends with."""

@@ -226,7 +226,7 @@ def _solve_product(
         shape = tuple(own.stop - own.start for own in part)
         status = np.empty(shape, np.int8)
         grid.evaluate(part, status, [row[cells].reshape(shape) for row in result])
-        outcome[cells] = _OUTCOMES[status.ravel()]
+        _OUTCOMES.take(status.ravel(), out=outcome[cells], mode="clip")  # which needs no copy to check
         return status.size
 
     _in_threads(compute, range(parts.count), on_cells, threads)

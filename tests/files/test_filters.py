@@ -54,5 +54,7 @@ def test_published_checksums():
 @pytest.mark.parametrize("fill", [np.float32(np.nan), np.int8(0)])
 def test_the_last_chunk_is_filled_up(fill):
     filters = (FLETCHER, SHUFFLE, DEFLATE)
-    stored = Storage(fill, 7, filters).chunk(np.array([1, 2, 3], fill.dtype))
-    np.testing.assert_array_equal(read_back(stored, filters, fill.dtype, 7), [1, 2, 3, *[fill] * 4])
+    values = np.arange(1, 11).astype(fill.dtype)
+    first, stored = Storage(fill, 7, filters).chunks(values, [slice(7), slice(7, 10)])
+    np.testing.assert_array_equal(read_back(first, filters, fill.dtype, 7), np.arange(1, 8))
+    np.testing.assert_array_equal(read_back(stored, filters, fill.dtype, 7), [8, 9, 10, *[fill] * 4])
