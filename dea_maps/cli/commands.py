@@ -40,7 +40,8 @@ def sweep(arguments: argparse.Namespace) -> None:
     from .specification import read_specifications
     from .summary import describe_plan, one_line
 
-    storing: dict[str, Any] = {key: getattr(arguments, key) for key in ("dtype", "engine", "scheduler", "memory")}
+    options = ("dtype", "digits", "engine", "scheduler", "memory")
+    storing: dict[str, Any] = {key: getattr(arguments, key) for key in options}
     with _checking_input():
         specs = read_specifications(arguments.specification)
         if arguments.variables is not None:

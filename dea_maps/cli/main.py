@@ -209,6 +209,7 @@ def _parser() -> argparse.ArgumentParser:
     sweep.add_argument("-o", "--output", metavar="OUT.nc", required=True, help="NetCDF file to write or replace")
     sweep.add_argument("--variables", metavar="NAME,NAME", help="variables to store (default: all)")
     sweep.add_argument("--dtype", choices=("float64", "float32"), default="float64", help="what maps are stored as")
+    sweep.add_argument("--digits", choices=("auto",), help="round what is stored to the bits that rtol carries")
     sweep.add_argument("--engine", choices=("threads", "dask"), default="threads", help="what computes")
     sweep.add_argument("--scheduler", metavar="ADDR", help="of a Dask cluster (default: one on this machine)")
     sweep.add_argument("--memory", metavar="SIZE", help="to be used at most, as 2GiB (default: 1GiB)")

@@ -298,9 +298,11 @@ def _row(name: str, value: str) -> str:
 
 def _counts(flags: xr.DataArray, words: tuple[str, ...]) -> dict[str, int]:
     """Count the cells of every flag."""
-    none = np.zeros(len(words), np.int64)
-    counts = sum((np.bincount(block.ravel(), minlength=none.size) for block in _blocks(flags)), none)
-    return dict(zip(words, counts.tolist(), strict=True))
+    counts = dict.fromkeys(words, 0)
+    for block in _blocks(flags):
+        for flag, word in enumerate(words):
+            counts[word] += int(np.count_nonzero(block == flag))
+    return counts
 
 
 def _in_words(counts: Mapping[str, int]) -> str:

@@ -5,39 +5,94 @@ import re
 import secrets
 import warnings
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 from filelock import FileLock, Timeout
+from isal import isal_zlib
 from numpy.typing import NDArray
 
 from ..atomic import naming, sync
 
-Arrays = Mapping[str, NDArray[np.generic]]
+Chunks = Sequence[bytes]
+
+WITHIN = -1
+"""Offset of a chunk that is in the file of its part."""
 
 _LOCK = "lock"
 # An empty file that says whose the folder is: nothing is removed from one that does not have it.
 _MARK = "parts-of-dea_maps"
 WHOLE = "whole.nc"
 """Name of the map while it is put together."""
+# What reading a damaged archive may end in.
+_DAMAGE = (OSError, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile)
 _OWN = re.compile(rf"{_LOCK}|{_MARK}|\d{{6,}}\.npz|unfinished\.[0-9a-f]+|{re.escape(WHOLE)}(\.cell)?")
+
+
+class _Record(NamedTuple):
+    """What the file of a part says.
+
+    Attributes
+    ----------
+    identity : str
+        Of the sweep.
+    number : int
+        Of the part.
+    sizes, checksums : ndarray
+        Of the chunks.
+    offsets : ndarray
+        Where in the map the chunks are; `WITHIN`, if they are in this file.
+    within : ndarray
+        The chunks that are, one after the other.
+    """
+
+    identity: str
+    number: int
+    sizes: NDArray[np.int64]
+    checksums: NDArray[np.uint32]
+    offsets: NDArray[np.int64]
+    within: NDArray[np.uint8]
+
+    @property
+    def placed(self) -> bool:
+        """Whether some chunks are in the map."""
+        return bool(np.any(self.offsets != WITHIN))
+
+    def chunks(self, whole: BinaryIO | None) -> Chunks | None:
+        """Return the chunks, those in the map read from it; None if one is not what it was."""
+        found, start = [], 0
+        for size, checksum, offset in zip(self.sizes, self.checksums, self.offsets, strict=True):
+            if offset == WITHIN:
+                found.append(self.within[start : start + size].tobytes())
+                start += int(size)
+            elif whole is None:
+                return None
+            else:
+                whole.seek(offset)
+                found.append(whole.read(size))
+            if len(found[-1]) != size or isal_zlib.crc32(found[-1]) != checksum:
+                return None
+        return found
 
 
 class Parts:
     """The folder ``<path>.parts`` of a sweep: one file a part, with the sweep's hash, its number and checksums.
 
-    A part is a NumPy archive, whose checksums NumPy verifies as it reads. It is written beside and renamed into place,
-    on the disk before its name is.
+    The chunks of a part are in the map that is put together, and its file says where, so that the disk holds them once.
+    A map that is not complete is no HDF5 file; but what is at these places was on the disk before the file of the part
+    was. The next run takes it back before it begins a map of its own, see `regain`. The file of a part is a NumPy
+    archive, whose checksums NumPy verifies as it reads. It is written beside and renamed into place, on the disk before
+    its name is.
 
     Parameters
     ----------
     folder : Path
         Where they are.
     identity : str
-        Hash of everything that the results of the sweep depend on.
+        Hash of everything that the chunks depend on.
     """
 
     def __init__(self, folder: Path, identity: str) -> None:
@@ -47,20 +102,37 @@ class Parts:
     def _path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
 
-    def save(self, number: int, arrays: Arrays) -> None:
+    def save(self, number: int, chunks: Chunks, offsets: Sequence[int]) -> None:
         """Write a finished part.
+
+        Parameters
+        ----------
+        number : int
+            Which.
+        chunks : sequence of bytes
+            As the map stores them.
+        offsets : sequence of int
+            Where in the map, and on the disk, they are; `WITHIN` puts them into the file of the part.
 
         Raises
         ------
         OSError
             If it cannot be written; what was there before stays.
         """
+        within = b"".join(chunk for chunk, offset in zip(chunks, offsets, strict=True) if offset == WITHIN)
+        record = _Record(
+            self.identity,
+            number,
+            np.array([len(chunk) for chunk in chunks], np.int64),
+            np.array([isal_zlib.crc32(chunk) for chunk in chunks], np.uint32),
+            np.array(offsets, np.int64),
+            np.frombuffer(within, np.uint8),
+        )
         temporary = self.folder / f"unfinished.{secrets.token_hex(4)}"
         try:
             with naming(self._path(number)):
                 with temporary.open("wb") as stream:
-                    content: dict[str, Any] = {**arrays, "identity": self.identity, "number": np.int64(number)}
-                    np.savez(stream, **content)
+                    np.savez(stream, **record._asdict())
                     stream.flush()
                     os.fsync(stream.fileno())
                 os.replace(temporary, self._path(number))
@@ -68,52 +140,70 @@ class Parts:
         finally:
             temporary.unlink(missing_ok=True)
 
-    def load(self, number: int, expected: Mapping[str, tuple[np.dtype[np.generic], int]]) -> Arrays | None:
-        """Read a part that an earlier run finished.
+    def regain(self) -> None:
+        """Take the chunks that an interrupted run has put into the map out of it, the last ones first: it shrinks.
+
+        Raises
+        ------
+        OSError
+            If a part cannot be written; what was there before stays.
+        """
+        records = []
+        for path in self.folder.glob("*.npz"):
+            with suppress(*_DAMAGE):
+                record = _read(path)
+                if record.identity == self.identity and record.placed and path == self._path(record.number):
+                    records.append(record)
+        try:
+            whole = (self.folder / WHOLE).open("r+b")
+        except FileNotFoundError:  # it was complete, and is in its place
+            for record in records:
+                self._path(record.number).unlink()
+            return
+        with whole:
+            for record in sorted(records, key=lambda record: int(record.offsets.max()), reverse=True):
+                chunks = record.chunks(whole)
+                if chunks is not None:  # else `load` says so
+                    self.save(record.number, chunks, [WITHIN] * len(chunks))
+                    whole.truncate(int(record.offsets[record.offsets != WITHIN].min()))
+
+    def load(self, number: int, count: int) -> Chunks | None:
+        """Read a part that an earlier run finished, after `regain`.
 
         Parameters
         ----------
         number : int
             Which.
-        expected : mapping of str to (dtype, int)
-            Type and number of cells of every variable.
+        count : int
+            Number of its chunks.
 
         Returns
         -------
-        mapping of str to ndarray, or None
+        sequence of bytes, or None
             None where there is none, and, with a warning that names the file, where it is not what it should be.
         """
         path = self._path(number)
         if not path.exists():
             return None
-        try:
-            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-            fault = self._fault(number, arrays, expected)
-        except (OSError, ValueError, EOFError, KeyError, NotImplementedError, RuntimeError, zipfile.BadZipFile):
-            fault = "damaged"
-        if fault is None:
-            return {name: arrays[name] for name in expected}
+        fault = "damaged"
+        with suppress(*_DAMAGE):
+            record = _read(path)
+            chunks = record.chunks(None)
+            if record.identity != self.identity:
+                fault = "of another sweep"
+            elif chunks is not None and len(chunks) == count and record.number == number:
+                return chunks
         warnings.warn(f"the part {path} is {fault}: it is computed again", stacklevel=2)
         return None
-
-    def _fault(
-        self, number: int, arrays: Arrays, expected: Mapping[str, tuple[np.dtype[np.generic], int]]
-    ) -> str | None:
-        """Say what is wrong with the content of a part."""
-        if str(arrays.get("identity")) != self.identity:
-            return "of another sweep"
-        shapes = {name: (array.dtype, array.size) for name, array in arrays.items()}
-        wanted = {**expected, "identity": shapes["identity"], "number": (np.dtype(np.int64), 1)}
-        return None if shapes == wanted and int(arrays["number"]) == number else "damaged"
 
     def finished(self) -> list[int]:
         """Return the numbers of the parts of this sweep that are there; whether they are sound shows on loading."""
         numbers = []
         for path in sorted(self.folder.glob("*.npz")):
-            with suppress(OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile), np.load(path) as archive:
-                if str(archive["identity"]) == self.identity:
-                    numbers.append(int(archive["number"]))
+            with suppress(*_DAMAGE):
+                record = _read(path)
+                if record.identity == self.identity:
+                    numbers.append(record.number)
         return numbers
 
     def count(self) -> int:
@@ -125,6 +215,13 @@ class Parts:
         for path in self.folder.iterdir():
             if _OWN.fullmatch(path.name) and path.name not in {_LOCK, _MARK}:
                 path.unlink()
+
+
+def _read(path: Path) -> _Record:
+    """Read the file of a part; one of another version is of another sweep."""
+    with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
+        others = [archive.get(name, np.empty(0, np.int64)) for name in _Record._fields[2:]]
+        return _Record(str(archive["identity"]), int(archive["number"]), *others)
 
 
 def folder_of(path: Path) -> Path:

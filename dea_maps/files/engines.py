@@ -5,7 +5,7 @@ import logging
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -25,7 +25,8 @@ from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
 from ..sweeps.product import Product, product_of
 from ..sweeps.solve import KERNELS, forget_product, solve
-from .checkpoints import Arrays
+
+Arrays = Mapping[str, NDArray[np.generic]]
 
 ENGINES = ("threads", "dask")
 # How often Dask tries a part again whose computing raised an error; where a worker ends unexpectedly, three times.
@@ -95,7 +96,9 @@ def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads
     use: dict[str, Any] = {"on_cells": on_cells, "threads": threads}
     found: dict[str, NDArray[Any]]
     if task.strength is None:
-        found = solve(task.program, parameters, task.choice, product=task.product, **use).by_name()
+        found = solve(
+            task.program, parameters, task.choice, product=task.product, wanted=task.variables, **use
+        ).by_name()
     else:
         found = solve_with_limits(task.program, parameters, task.choice, task.strength, **use)
     kinds = {name: np.int8 if name in FLAGGED else np.dtype(task.dtype) for name in task.variables}

@@ -7,11 +7,12 @@ import pickle
 import secrets
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -29,22 +30,23 @@ from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
 from ..sweeps.product import product_of
 from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, solve
-from .checkpoints import WHOLE, Arrays, Parts, folder_of, locked_parts
-from .engines import Dask, Pending, Task, Threads, task_of
+from .checkpoints import WHOLE, Chunks, Parts, folder_of, locked_parts
+from .digits import described
+from .engines import Arrays, Dask, Pending, Task, Threads, task_of
 from .writer import MapFile
 
-# Cells of a part: at a million a second it takes half a second, so an interrupt or a crash costs little; and its file
-# is large enough for the disk.
-PART_CELLS = 500_000
+# Cells of a part: at a million a second it takes less than a second, so an interrupt or a crash costs little; and it is
+# large enough for the disk. Five results of each are below 32 MiB, so that the next part has their memory again.
+PART_CELLS = 750_000
 # Cells of a chunk within the file: half a megabyte of float64.
 CHUNK_CELLS = 65_536
 # Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
 SAMPLE, SAMPLE_LIMITED = 2000, 100
 # Rates and modulus ratios of a product grid; of fields as many as of cells.
 SAMPLE_SHARING = 10
-# Parts in memory at once: being computed, converted, saved, written, and waiting for that.
+# Parts in memory at once: being computed, converted, compressed, written, and waiting for that.
 PARTS_IN_MEMORY = 8
-# Saves and writes that may wait for the disk before the computing does.
+# Parts that may wait to be compressed and written before the computing does.
 WAITING = 4
 
 
@@ -73,6 +75,8 @@ class Plan:
     divided : bool
         Whether each part of a product grid is computed as a grid of its own: with the same results, but what it has in
         common with other parts is computed again.
+    digits : {"auto"} or None
+        As in `dea_maps.sweep_to_netcdf`.
     """
 
     path: Path
@@ -86,6 +90,7 @@ class Plan:
     engine: str = "threads"
     scheduler: str | None = None
     divided: bool = False
+    digits: str | None = None
 
     @property
     def strength(self) -> StrengthOf | None:
@@ -93,7 +98,12 @@ class Plan:
         return self.film.material.strength if self.film is not None and self.film.limited else None
 
     def template(self) -> xr.Dataset:
-        """Return the map without its values: views of single numbers."""
+        """Return the file without the values of its maps: views of single numbers."""
+        whole = self.maps()
+        return whole if self.digits is None or self.choice.rtol is None else described(whole, self.choice.rtol)
+
+    def maps(self) -> xr.Dataset:
+        """Return the maps without their values: views of single numbers."""
         none = {
             name: np.broadcast_to(np.zeros((), kind), self.grid.shape)
             for name, kind in _kinds((*self.grid.program.results, *BREAKDOWN), self.dtype).items()
@@ -138,16 +148,31 @@ class Plan:
         part = self.parts.cells(number)
         return int(part.stop - part.start)
 
+    def chunks_of(self, number: int) -> tuple[int, list[slice]]:
+        """Return the number of the first chunk of a part, and where its chunks, all whole, are among its cells."""
+        part = self.parts.cells(number)
+        numbers = range(self.chunks.holding(part.start), self.chunks.holding(part.stop - 1) + 1)
+        cells = map(self.chunks.cells, numbers)
+        return numbers.start, [slice(chunk.start - part.start, chunk.stop - part.start) for chunk in cells]
+
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
         digest.update(pickle.dumps(self.grid.program))  # of a long waveform, repr would show some samples
-        known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype)
-        digest.update(repr((*known, self.parts, KERNELS, *self._limit())).encode())
+        known = (self.grid.dims, self.grid.shape, self.choice, self.variables, self.dtype, self.digits)
+        stored = (self.parts, self.chunks, netCDF4.__netcdf4libversion__, self._film())
+        digest.update(repr((*known, *stored, KERNELS, *self._limit())).encode())
         for name, array in self.grid.parameters.items():
             own = array[tuple(slice(0, 1) if stride == 0 else slice(None) for stride in array.strides)]
             digest.update(repr((name, own.shape)).encode() + np.ascontiguousarray(own).tobytes())
         return digest.hexdigest()
+
+    def _film(self) -> Film | None:
+        """Return what the SI units depend on."""
+        if self.film is None:
+            return None
+        numbers = replace(self.film.material, name="", source="", breakdown_strength=None)
+        return self.film._replace(material=numbers)
 
     def _limit(self) -> tuple[object, ...]:
         """Return what the breakdown depends on; a function has no name that says what it returns, today and later."""
@@ -168,20 +193,19 @@ def make_plan(
     film: Film | None = None,
     engine: str = "threads",
     scheduler: str | None = None,
+    digits: str | None = None,
 ) -> Plan:
     """Cut a sweep to a file into parts that fit in memory, and the file into chunks that fit the parts."""
-    chunks = cut(grid.shape, CHUNK_CELLS)
-    bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2)
-    part_cells = PART_CELLS
+    limited = film is not None and film.limited
+    bytes_of_cell = cell_bytes(grid.program) * (1 if film is None else 2) + (3 * LIMIT_BYTES if limited else 0)
+    most = max(1, memory // (PARTS_IN_MEMORY * bytes_of_cell))
+    chunks = cut(grid.shape, min(CHUNK_CELLS, most))
     # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
-    if film is not None and film.limited:
-        bytes_of_cell += 3 * LIMIT_BYTES
-        part_cells = min(part_cells, math.prod(chunks.part_shape))
-    most = max(1, min(part_cells, memory // (PARTS_IN_MEMORY * bytes_of_cell)))
+    part_cells = min(PART_CELLS, math.prod(chunks.part_shape)) if limited else PART_CELLS
     product = product_of(grid.program, grid.parameters) if choice.shared else None
     divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
-    parts = cut(grid.shape, most, chunks)
-    return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided)
+    parts = cut(grid.shape, min(part_cells, most), chunks)
+    return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided, digits)
 
 
 def finished_parts(plan: Plan) -> list[int]:
@@ -246,6 +270,7 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
         temporary = parts.folder / WHOLE
         computing = Threads(on_cells) if plan.engine == "threads" else Dask(plan.scheduler, on_cells)
         try:
+            parts.regain()
             _write(plan, parts, computing, temporary, on_cells)
             with naming(target):
                 move_into_place(temporary, target)
@@ -254,7 +279,6 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
             note = [f"{kept} of {plan.parts.count} parts are kept in {parts.folder}"] if kept else []
             raise KeyboardInterrupt(*note) from None
         finally:
-            temporary.unlink(missing_ok=True)
             computing.close()
 
 
@@ -262,44 +286,59 @@ def _write(
     plan: Plan, parts: Parts, engine: Threads | Dask, temporary: Path, on_cells: Callable[[int], object]
 ) -> None:
     """Write all parts into a file, in order, while the next ones are computed."""
-    template = plan.template()
-    # netCDF is called from one thread of its own; compression, checksums and the disk let the others compute.
-    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(1) as saver:
-        file = disk.submit(MapFile, temporary, template, plan.chunks).result()
-        saves: deque[Future[None]] = deque()
+    template, names = plan.template(), [str(name) for name in plan.maps().data_vars]
+    # Libraries of NetCDF are called from one thread of its own; compression and the disk let the others compute.
+    with ThreadPoolExecutor(1) as disk, ThreadPoolExecutor(default_threads()) as compressing:
+        file = disk.submit(MapFile, temporary, template, names, plan.chunks).result()
         writes: deque[Future[None]] = deque()
         try:
-            for number, arrays, is_new in _finished(plan, parts, engine, on_cells):
-                while len(saves) + len(writes) >= WAITING:
-                    (saves or writes).popleft().result()
-                if is_new:
-                    saves.append(saver.submit(parts.save, number, arrays))
-                writes.append(disk.submit(file.write, plan.parts.index(number), plan.stored(number, arrays)))
-            for future in (*saves, *writes):
+            for number, arrays, old in _finished(plan, parts, engine, len(names), on_cells):
+                while len(writes) >= WAITING:
+                    writes.popleft().result()
+                first, places = plan.chunks_of(number)
+                if old is None:
+                    values = plan.stored(number, arrays)
+                    chunks = [compressing.submit(file.storage[name].chunks, values[name], places) for name in names]
+                else:
+                    count = len(places)
+                    chunks = [_ready(old[at * count : (at + 1) * count]) for at in range(len(names))]
+                writes.append(disk.submit(_place, parts, file, number, first, dict(zip(names, chunks, strict=True))))
+            for future in writes:
                 future.result()
         finally:
-            for future in writes:  # what is computed is saved, but a file that will not be completed can stay as it is
-                future.cancel()
             disk.submit(file.close).result()
 
 
+def _place(parts: Parts, file: MapFile, number: int, first: int, chunks: Mapping[str, Future[Chunks]]) -> None:
+    """Put a part into the file when it is compressed; then it is finished."""
+    found = {name: of_variable.result() for name, of_variable in chunks.items()}
+    offsets = file.write(first, found)
+    parts.save(number, [chunk for of_variable in found.values() for chunk in of_variable], offsets)
+
+
 def _finished(
-    plan: Plan, parts: Parts, engine: Threads | Dask, on_cells: Callable[[int], object]
-) -> Iterator[tuple[int, Arrays, bool]]:
-    """Yield number, values, and whether they are new, of all parts in order; some are begun ahead of the others."""
-    kinds = _kinds(plan.variables, plan.dtype)
-    window: deque[tuple[int, Arrays | None, Pending | None]] = deque()
+    plan: Plan, parts: Parts, engine: Threads | Dask, variables: int, on_cells: Callable[[int], object]
+) -> Iterator[tuple[int, Arrays, Chunks | None]]:
+    """Yield number and values, or chunks that are there, of all parts in order; some are begun ahead of the others."""
+    window: deque[tuple[int, Chunks | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
-            old = parts.load(number, {name: (kind, plan.cells(number)) for name, kind in kinds.items()})
+            old = parts.load(number, variables * len(plan.chunks_of(number)[1]))
             window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
         if window and (len(window) > engine.ahead or number >= plan.parts.count):
-            first, arrays, pending = window.popleft()
+            first, chunks, pending = window.popleft()
             if pending is not None:
-                yield first, _result(first, plan, pending), True
-            elif arrays is not None:
+                yield first, _result(first, plan, pending), None
+            else:
                 on_cells(plan.cells(first))
-                yield first, arrays, False
+                yield first, {}, chunks
+
+
+def _ready(chunks: Chunks) -> Future[Chunks]:
+    """Return chunks as what is compressed already."""
+    future: Future[Chunks] = Future()
+    future.set_result(chunks)
+    return future
 
 
 def _kinds(variables: tuple[str, ...], dtype: str) -> dict[str, np.dtype[np.generic]]:

@@ -18,6 +18,7 @@ from ..runs.maps import progress_bar
 from ..runs.request import Request
 from ..sweeps.parameters import ParameterLike
 from .checkpoints import check_parts
+from .digits import DIGITS
 from .engines import ENGINES, check_dask
 from .netcdf import check_netcdf_name, write_dataset
 from .stream import Plan, make_plan, stream
@@ -42,6 +43,7 @@ def sweep_to_netcdf(
     progress: bool = False,
     variables: Iterable[str] | None = None,
     dtype: Literal["float64", "float32"] = "float64",
+    digits: Literal["auto"] | None = None,
     engine: Literal["threads", "dask"] = "threads",
     scheduler: str | None = None,
     memory: str | int | None = None,
@@ -52,10 +54,11 @@ def sweep_to_netcdf(
 ) -> None:
     """Write the data set of a sweep to a NetCDF-4 file, of any size, in bounded memory.
 
-    The same results, bit for bit, as ``sweep(...).to_netcdf(path)``. The file is only ever absent, the old one or the
-    complete new one, with the permissions of the old. Finished parts wait in ``<path>.parts/``; the same call after an
-    interruption resumes from them. Threads of one process may write and open maps at once: one lock guards all calls of
-    this package into netCDF4, but not those of others, as ``Dataset.to_netcdf``.
+    The same results, bit for bit, as ``sweep(...).to_netcdf(path)``, unless `digits` are rounded. The file is only ever
+    absent, the old one or the complete new one, with the permissions of the old. Finished parts wait in
+    ``<path>.parts/``; the same call after an interruption resumes from them. Threads of one process may write and open
+    maps at once: one lock guards all calls of this package into netCDF4 and h5py, but not those of others, as
+    ``Dataset.to_netcdf``.
 
     Parameters
     ----------
@@ -67,6 +70,9 @@ def sweep_to_netcdf(
         Names of the variables to keep; by default all. With a breakdown strength, ``first_limit`` is kept always.
     dtype : {"float64", "float32"}
         What the maps are stored as; the coordinates stay float64. Rounding is the last thing done.
+    digits : {"auto"}, optional
+        Rounds numbers to the bits that `rtol` carries, by at most ``rtol / 8``, so that the file takes less room;
+        counts stay. The attributes are those of CF-1.12. By default no bit is lost.
     engine : {"threads", "dask"}
         What computes: threads of this process, or a dask.distributed cluster (extra ``distributed``).
     scheduler : str, optional
@@ -107,7 +113,14 @@ def sweep_to_netcdf(
     given = {"modulus_ratio": modulus_ratio, "prestretch": prestretch, "stress": stress, **parameters}
     request = Request(program, given, rtol, method, formulation, step, material, thickness)
     plan = planned_file(
-        path, request, variables=variables, dtype=dtype, engine=engine, scheduler=scheduler, memory=memory
+        path,
+        request,
+        variables=variables,
+        dtype=dtype,
+        digits=digits,
+        engine=engine,
+        scheduler=scheduler,
+        memory=memory,
     )
     write(plan, fresh, progress)
 
@@ -140,6 +153,7 @@ def planned_file(
     *,
     variables: Iterable[str] | None = None,
     dtype: str = "float64",
+    digits: str | None = None,
     engine: str = "threads",
     scheduler: str | None = None,
     memory: str | int | None = None,
@@ -148,7 +162,7 @@ def planned_file(
 
     Parameters
     ----------
-    path, variables, dtype, engine, scheduler, memory
+    path, variables, dtype, digits, engine, scheduler, memory
         As in `sweep_to_netcdf`.
     request : Request
         What is asked.
@@ -167,31 +181,33 @@ def planned_file(
     for name, value, allowed in (("dtype", dtype, DTYPES), ("engine", engine, ENGINES)):
         if value not in allowed:
             raise ValueError(f"{name} must be one of {', '.join(allowed)}; got {brief(value)}")
+    if digits is not None and digits not in DIGITS:
+        raise ValueError(f"digits must be {' or '.join(map(repr, DIGITS))} or None; got {brief(digits)}")
     if scheduler is not None and engine != "dask":
         raise ValueError(f"scheduler must be left out with the engine {engine!r}; got {brief(scheduler)}")
     if engine == "dask":
         check_dask(scheduler)
     grid, choice, film = request.planned()
+    if digits is not None and choice.rtol is None:
+        raise ValueError(f"digits must be None with a method of fixed step, which has no rtol; got {brief(digits)}")
     results = grid.program.results
     kept = _kept(variables, (*results, *BREAKDOWN) if film is not None and film.limited else results)
     room = _bytes(memory)
     check_netcdf_name(path)
     target = check_writable(path)
-    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film, engine, scheduler)
+    plan = make_plan(Path(path), grid, choice, kept, dtype, room, film, engine, scheduler, digits)
     _check_room(plan, target, check_parts(target))
     return plan
 
 
 def _check_room(plan: Plan, target: Path, there: int) -> None:
-    """Check that the parts that are not there yet, and the map, may fit on the disk: more is not known beforehand."""
-    maps = plan.template()
-    parts = sum(maps[name].nbytes for name in plan.variables)
+    """Check that the map may fit on the disk, which holds it once, in its parts: more is not known beforehand."""
     # Compression halves a map; one of which little fails, and all is NaN, becomes smaller still.
-    needed = max(parts - there, 0) + maps.nbytes // 4
+    needed = plan.template().nbytes // 4 - there
     free = shutil.disk_usage(target.parent).free
     if free < needed:
         raise OSError(
-            f"cannot write {plan.path}: the map and its parts need at least {needed / 2**20:,.1f} MiB, "
+            f"cannot write {plan.path}: the map needs at least {needed / 2**20:,.1f} MiB, "
             f"and {free / 2**20:,.1f} MiB are free in {target.parent}"
         )
 

@@ -1,24 +1,62 @@
 """A NetCDF-4 map written part by part: what ``Dataset.to_netcdf`` would write, without all of it in memory."""
 
 import math
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from ..netcdf_lock import NETCDF_LOCK
-from ..sweeps.chunks import Cut, Index
+from ..sweeps.chunks import Cut
+from .checkpoints import WITHIN
+from .digits import BITS, rounded
+from .filters import filtered
+
+
+class Storage(NamedTuple):
+    """How the chunks of a variable are stored.
+
+    Attributes
+    ----------
+    fill : scalar
+        What the last chunk along a dimension is filled up with; its type is that of the variable.
+    cells : int
+        Of a chunk.
+    filters : tuple of int
+        As in `filtered`.
+    bits : int or None
+        As in `rounded`; None does not round.
+    """
+
+    fill: np.generic
+    cells: int
+    filters: tuple[int, ...]
+    bits: int | None = None
+
+    def chunks(self, values: NDArray[np.generic], places: Sequence[slice]) -> list[bytes]:
+        """Return what the file stores of values, chunk by chunk: in any thread."""
+        return [self._chunk(values[place]) for place in places]
+
+    def _chunk(self, values: NDArray[np.generic]) -> bytes:
+        if self.bits is not None:
+            values = rounded(values, self.bits)
+        if values.size < self.cells:
+            values = np.concatenate([values, np.full(self.cells - values.size, self.fill)])
+        return filtered(values, self.filters)
 
 
 class MapFile:
-    """A file that has its dimensions, coordinates and attributes, and takes the values of its variables.
+    """A file that has its dimensions, coordinates and attributes, and takes the chunks of its variables.
 
-    All calls of one file must come from one thread.
+    netCDF4 makes it and closes it; h5py then puts the chunks into place as they are. All calls of one file must come
+    from one thread.
 
     Parameters
     ----------
@@ -26,8 +64,15 @@ class MapFile:
         The file to write; an old one is replaced.
     template : Dataset
         The map without its values: its variables may be views of a single number.
+    names : sequence of str
+        The variables whose values will come.
     chunks : Cut
-        How the variables are cut into chunks within the file.
+        How these variables are cut into chunks within the file.
+
+    Attributes
+    ----------
+    storage : dict of str to Storage
+        Of these variables.
 
     Raises
     ------
@@ -35,82 +80,114 @@ class MapFile:
         If it cannot be written.
     """
 
-    def __init__(self, path: Path, template: xr.Dataset, chunks: Cut) -> None:
+    def __init__(self, path: Path, template: xr.Dataset, names: Sequence[str], chunks: Cut) -> None:
         self.path = path
+        self._chunks = chunks
         path.unlink(missing_ok=True)
-        names = list(map(str, template.data_vars))
-        # xarray writes the coordinates, and shows on a map of one cell how it would write the variables.
+        # xarray writes the rest, and shows on a map of one cell how it would write the variables.
         one_cell = path.with_name(f"{path.name}.cell")
         try:
-            with NETCDF_LOCK:
+            with NETCDF_LOCK, self._named():
                 template.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
                 template.isel({dim: slice(0, 1) for dim in template.dims}).to_netcdf(one_cell, engine="netcdf4")
-                self._file = netCDF4.Dataset(path, "a")
-                with self._closed_on_errors(), netCDF4.Dataset(one_cell) as pattern:
-                    self._describe(template, pattern, chunks)
-        except RuntimeError as error:
-            raise OSError(f"cannot write {path}: {error}") from error
+                with netCDF4.Dataset(path, "a") as file, netCDF4.Dataset(one_cell) as pattern:
+                    self._describe(file, template, names, pattern)
+                self._file = h5py.File(path, "r+")
+                self.storage = {name: _storage(self._file[name]) for name in names}
+                self._stored = {name: self._file[name].id for name in names}
         finally:
             one_cell.unlink(missing_ok=True)
+        self._bytes = path.open("rb", buffering=0)
 
     @contextmanager
-    def _closed_on_errors(self) -> Iterator[None]:
-        """Close the file if it cannot be made: the garbage collector would do so without the lock."""
+    def _named(self) -> Iterator[None]:
+        """Say in one line what the libraries could not do, such as filling a full disk."""
         try:
             yield
-        except BaseException:
-            self._file.close()
-            raise
+        except (OSError, RuntimeError) as error:
+            number = getattr(error, "errno", None)
+            words = os.strerror(number) if number and number > 0 else " ".join(str(error).split())
+            raise OSError(f"cannot write {self.path}: {words}") from error
 
-    def _describe(self, template: xr.Dataset, pattern: netCDF4.Dataset, chunks: Cut) -> None:
+    def _describe(
+        self, file: netCDF4.Dataset, template: xr.Dataset, names: Sequence[str], pattern: netCDF4.Dataset
+    ) -> None:
         """Make the dimensions and the variables."""
-        self._file.set_auto_maskandscale(False)
-        if "coordinates" in self._file.ncattrs() and "coordinates" not in pattern.ncattrs():
-            self._file.delncattr("coordinates")
+        file.set_auto_maskandscale(False)
+        if "coordinates" in file.ncattrs() and "coordinates" not in pattern.ncattrs():
+            file.delncattr("coordinates")
         for dim, size in template.sizes.items():
-            if dim not in self._file.dimensions:
-                self._file.createDimension(str(dim), size)
-        for name in map(str, template.data_vars):
-            self._define(pattern[name], chunks)
+            if dim not in file.dimensions:
+                file.createDimension(str(dim), size)
+        for name in names:
+            self._define(file, pattern[name])
 
-    def _define(self, pattern: "netCDF4.Variable[Any]", chunks: Cut) -> None:
+    def _define(self, file: netCDF4.Dataset, pattern: "netCDF4.Variable[Any]") -> None:
         """Make a variable like that of the map of one cell."""
         attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
         kinds = ("zlib", "shuffle", "fletcher32") if pattern.ndim else ()
         filters: dict[str, Any] = dict(pattern.filters() or {})
         storage = {kind: filters[kind] for kind in kinds}
-        variable = self._file.createVariable(
+        variable = file.createVariable(
             pattern.name,
             pattern.dtype,
             pattern.dimensions,
             **storage,
             complevel=1,
-            chunksizes=chunks.part_shape if pattern.ndim else None,
-            # Room for one chunk: parts bring whole ones, which are then compressed at once and not all at the end.
-            chunk_cache=math.prod(chunks.part_shape) * pattern.dtype.itemsize,
+            chunksizes=self._chunks.part_shape if pattern.ndim else None,
             fill_value=attributes.pop("_FillValue", False),
         )
-        variable.set_auto_maskandscale(False)
         variable.setncatts(attributes)
 
-    def write(self, index: Index, arrays: Mapping[str, NDArray[np.generic]]) -> None:
-        """Write the values of a part: where it is in the grid, and one array a variable, in the order of the cells."""
-        try:
-            with NETCDF_LOCK:
-                for name, values in arrays.items():
-                    variable = self._file[name]
-                    variable[index if index else ...] = values.reshape(np.shape(_template(variable.shape)[index]))
-        except RuntimeError as error:  # how netCDF4 reports what HDF5 could not do, such as filling a full disk
-            raise OSError(f"cannot write {self.path}: {error}") from error
+    def write(self, first: int, chunks: Mapping[str, Sequence[bytes]]) -> list[int]:
+        """Write the chunks of a part.
+
+        Parameters
+        ----------
+        first : int
+            Number of the first of them, of every variable.
+        chunks : mapping of str to sequence of bytes
+            What `storage` makes of the values.
+
+        Returns
+        -------
+        list of int
+            Where each is in the file, once the disk has it: not in the file's directory yet, which is written at the
+            end. `WITHIN` where it cannot be said, as of chunks so small that HDF5 keeps room for several.
+        """
+        offsets = []
+        with self._named():
+            for name, of_variable in chunks.items():
+                for number, chunk in enumerate(of_variable, first):
+                    with NETCDF_LOCK:
+                        self._put(self._stored[name], number, chunk)
+                    offsets.append(self._end(chunk))
+            os.fsync(self._bytes.fileno())
+        return offsets
+
+    def _put(self, variable: h5py.h5d.DatasetID, number: int, chunk: bytes) -> None:
+        dims = len(self._chunks.shape)
+        if dims:
+            start = [place.start if isinstance(place, slice) else int(place) for place in self._chunks.index(number)]
+            variable.write_direct_chunk((*start, *[0] * (dims - len(start))), chunk)
+        else:
+            variable.write(h5py.h5s.ALL, h5py.h5s.ALL, np.frombuffer(chunk, variable.dtype))
+
+    def _end(self, chunk: bytes) -> int:
+        """Return the offset of a chunk that the file ends with."""
+        offset = os.fstat(self._bytes.fileno()).st_size - len(chunk)
+        self._bytes.seek(max(offset, 0))
+        return offset if self._bytes.read(len(chunk)) == chunk else WITHIN
 
     def close(self) -> None:
-        """Write what is still in memory."""
-        try:
-            with NETCDF_LOCK:
-                self._file.close()
-        except RuntimeError as error:
-            raise OSError(f"cannot write {self.path}: {error}") from error
+        """Write what is still in memory, the file's directory first of all."""
+        self._bytes.close()
+        with NETCDF_LOCK, self._named():
+            self._file.close()
 
 
-def _template(shape: tuple[int, ...]) -> NDArray[np.generic]:
-    return np.broadcast_to(np.int8(0), shape)
+def _storage(variable: h5py.Dataset) -> Storage:
+    properties = variable.id.get_create_plist()
+    filters = tuple(properties.get_filter(number)[0] for number in range(properties.get_nfilters()))
+    bits = variable.attrs[BITS].item() if BITS in variable.attrs else None
+    return Storage(variable.dtype.type(variable.fillvalue), math.prod(variable.chunks or ()), filters, bits)

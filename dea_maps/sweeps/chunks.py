@@ -67,6 +67,20 @@ class Cut:
         end = min((piece + 1) * self.rows, self.shape[self.axis])
         return slice((first + piece * self.rows) * inner, (first + end) * inner)
 
+    def holding(self, cell: int) -> int:
+        """Return the number of the part that holds a cell, counted in the flat order.
+
+        Examples
+        --------
+        >>> [cut((3, 10), 4).holding(cell) for cell in (0, 3, 4, 10, 29)]
+        [0, 0, 1, 3, 8]
+        """
+        if self.axis < 0:
+            return 0
+        inner = math.prod(self.shape[self.axis + 1 :])
+        lead, rest = divmod(cell, self.shape[self.axis] * inner)
+        return lead * self._pieces + rest // (self.rows * inner)
+
 
 def cut(shape: tuple[int, ...], most: int, finer: Cut | None = None) -> Cut:
     """Cut a grid into parts of at most so many cells, nearly equal ones.

@@ -93,6 +93,7 @@ def solve(
     product: Product | None = None,
     on_cells: Callable[[int], object] | None = None,
     threads: int | None = None,
+    wanted: Collection[str] | None = None,
 ) -> Solution:
     """Compute every cell of a grid.
 
@@ -111,6 +112,8 @@ def solve(
         Called, in the calling thread, with the number of cells finished since its last call.
     threads : int, optional
         How many to compute on; by default as many as Numba would use.
+    wanted : collection of str, optional
+        The results that will be used; by default all. Others may be None.
 
     Returns
     -------
@@ -142,7 +145,8 @@ def solve(
 
         _in_threads(compute, range(parts.count), on_cells, threads)
     found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
-    if found.largest_stretch is None:  # under a field that only rises, the largest stretch is the last one
+    # Under a field that only rises, the largest stretch is the last one.
+    if found.largest_stretch is None and (wanted is None or "largest_stretch" in wanted):
         found = found._replace(
             largest_stretch=np.where(found.outcome == Outcome.SURVIVES, found.final_stretch, found.critical_stretch)
         )
@@ -223,7 +227,7 @@ def _solve_product(
         shape = tuple(own.stop - own.start for own in part)
         status = np.empty(shape, np.int8)
         grid.evaluate(part, status, [row[cells].reshape(shape) for row in result])
-        outcome[cells] = _OUTCOMES[status.ravel()]
+        _OUTCOMES.take(status.ravel(), out=outcome[cells], mode="clip")  # which needs no copy to check
         return status.size
 
     _in_threads(compute, range(parts.count), on_cells, threads)

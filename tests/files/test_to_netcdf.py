@@ -321,24 +321,25 @@ def test_a_file_put_among_the_parts_while_computing_stays(path, whole, monkeypat
 
 
 @pytest.mark.parametrize("interrupted", [False, True])
-def test_too_little_room_is_said_before_computing(interrupted, path, whole, monkeypatch):
+def test_too_little_room_is_said_before_computing(interrupted, path, monkeypatch):
     if interrupted:
         half_done(path, monkeypatch)
-    parts, least = whole.outcome.size * 41, whole.nbytes // 4
-    there = sum(part.stat().st_size for part in path.parent.glob("map.nc.parts/*"))
-    needed = parts - there + least
+    cube = {**CUBE, "field": np.linspace(0.8, 2.2, 200)}
+    least = (200 * 11 * 7 * 41 + (200 + 11 + 7) * 8) // 4
+    needed = least - sum(part.stat().st_size for part in path.parent.glob("map.nc.parts/*"))
     asked = []
 
     def disk_usage(free):
         return lambda folder: (asked.append(folder), SimpleNamespace(free=free))[1]
 
-    refusal = rf"cannot write {path}: the map and its parts need at least .* MiB, and .* MiB are free in {path.parent}"
+    refusal = rf"cannot write {path}: the map needs at least .* MiB, and .* MiB are free in {path.parent}"
     with monkeypatch.context() as patch, pytest.raises(OSError, match=refusal):
         patch.setattr(engines, "solve", None)
         patch.setattr(shutil, "disk_usage", disk_usage(needed - 1))
-        write(path)
+        dm.sweep_to_netcdf(path, dm.RampHold(), **cube)
     monkeypatch.setattr(shutil, "disk_usage", disk_usage(needed))
-    write(path)
+    planned_file(path, Request(dm.RampHold(), cube))
+    assert 0 < needed <= least
     assert asked == [path.parent, path.parent]
 
 

@@ -13,7 +13,7 @@ import dea_maps as dm
 
 ROOT = Path(__file__).parents[2]
 OUTER, INNER = ROOT / "dea_maps", ROOT / "kernels"
-HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib", "tqdm", "bokeh")
+HEAVY = ("numba", "numpy", "scipy", "xarray", "pandas", "netCDF4", "h5py", "matplotlib", "tqdm", "bokeh")
 
 # Rooms of dea_maps, from below: each may import those before it, and none of its own rank.
 RANKS = (

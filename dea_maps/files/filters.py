@@ -1,0 +1,105 @@
+"""The filters of the chunks of a NetCDF-4 file, applied as HDF5 does, but in any number of threads at once."""
+
+from collections.abc import Callable
+
+import h5py
+import numpy as np
+from isal import igzip_lib
+from numpy.typing import NDArray
+
+Bytes = NDArray[np.uint8]
+
+# Of igzip. Level 0 takes 6 % less time and 16 % more room on maps of times to failure; level 3 saves nothing.
+LEVEL = 1
+# Words of 16 bits that are summed as a row; rows of a chunk, of half a megabyte, are as many.
+_ROW = 512
+
+
+def filtered(values: NDArray[np.generic], filters: tuple[int, ...]) -> bytes:
+    """Return what the file stores of a chunk.
+
+    Parameters
+    ----------
+    values : ndarray
+        Of the chunk, in the order of the cells.
+    filters : tuple of int
+        Numbers of the filters in HDF5, in the order in which they are applied.
+
+    Returns
+    -------
+    bytes
+
+    Examples
+    --------
+    >>> import zlib
+    >>> stored = filtered(np.arange(3.0), (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE))
+    >>> len(zlib.decompress(stored))
+    24
+    """
+    data = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
+    for number in filters:
+        data = _FILTERS[number](data, values.dtype.itemsize)
+    return data.tobytes()
+
+
+def _with_checksum(data: Bytes, itemsize: int) -> Bytes:
+    return np.concatenate([data, np.array([fletcher32(data)], "<u4").view(np.uint8)])
+
+
+def fletcher32(data: Bytes) -> int:
+    """Return Fletcher's checksum as HDF5 takes it: of big-endian words of 16 bits, modulo 65535.
+
+    With ``n`` words ``w``, the sums are ``sum(w[i])`` and ``sum((n - i) w[i])``, J. G. Fletcher (1982), IEEE
+    Transactions on Communications 30, 247-252. They are taken over little-endian words, in rows and columns: the bytes
+    of a word change places when it is multiplied by 256 modulo 65535.
+
+    Examples
+    --------
+    >>> hex(fletcher32(np.frombuffer(b"abcde", np.uint8)))
+    '0x4ff029c7'
+    """
+    rows = -(-max(data.size, 1) // (2 * _ROW))
+    padded = np.zeros(2 * _ROW * rows, np.uint8)
+    padded[: data.size] = data
+    lanes = padded.view("<u8").reshape(rows, _ROW // 4)  # of four words, two and two with room for their sums
+    mask = np.uint64(0x0000FFFF0000FFFF)
+    halves = lanes & mask, (lanes >> np.uint64(16)) & mask
+    columns = np.stack([_pairs(half.sum(axis=0)) for half in halves], axis=-1).ravel()
+    by_row = _pairs(halves[0].sum(axis=1) + halves[1].sum(axis=1)).sum(axis=1)
+    total = int(columns.sum())
+    places = int(columns @ np.arange(_ROW, dtype=np.uint64)) + _ROW * int(by_row @ np.arange(rows, dtype=np.uint64))
+    words = -(-data.size // 2)
+    return _folded(words * total - places) << 16 | _folded(total)
+
+
+def _pairs(sums: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Return the two sums of each lane."""
+    return sums.view("<u4").reshape(-1, 2).astype(np.uint64)
+
+
+def _folded(total: int) -> int:
+    """Return a sum of little-endian words as that of big-endian ones; 0 only if all are."""
+    return (256 * total - 1) % 65535 + 1 if total else 0
+
+
+def _shuffled(data: Bytes, itemsize: int) -> Bytes:
+    """Return the first bytes of all items, then the second ones; what is no whole item stays at the end."""
+    if itemsize == 1:
+        return data
+    items = data.size // itemsize
+    whole = items * itemsize
+    shuffled = np.empty_like(data)
+    shuffled[:whole].reshape(itemsize, items)[:] = data[:whole].reshape(items, itemsize).T
+    shuffled[whole:] = data[whole:]
+    return shuffled
+
+
+def _deflated(data: Bytes, itemsize: int) -> Bytes:
+    return np.frombuffer(igzip_lib.compress(data, LEVEL, flag=igzip_lib.COMP_ZLIB), np.uint8)
+
+
+_FILTERS: dict[int, Callable[[Bytes, int], Bytes]] = {
+    h5py.h5z.FILTER_FLETCHER32: _with_checksum,
+    h5py.h5z.FILTER_SHUFFLE: _shuffled,
+    h5py.h5z.FILTER_DEFLATE: _deflated,
+}
