@@ -19,8 +19,6 @@ from ..sweeps.dead_load import film_of, largest_field, relaxed_threshold
 Floats = npt.NDArray[np.float64]
 Outcomes = npt.NDArray[np.int8]
 
-SURVIVES, FAILS_LATER, FAILS_AT_ONCE, UNRESOLVED = Outcome
-
 _ASKED = ("field", "share", "time")
 """Kinds of parameters of which there is one largest value with which a film survives; the first is asked for."""
 
@@ -206,14 +204,16 @@ def _agrees(ds: xr.Dataset, boundary: Boundary, other: str | None) -> bool:
     if other is not None:
         row = ds[other].astype(np.float64)
         parts = [
-            (outcome.where(row == place, UNRESOLVED), survived, at_once)
+            (outcome.where(row == place, Outcome.UNRESOLVED), survived, at_once)
             for place, survived, at_once in zip(boundary.places, *boundary.limits[:2], strict=True)
             if (row == place).any()
         ]
     margin = 2.0 * boundary.limits.rtol
     for found, survived, at_once in parts:
         close = (abs(value - survived) <= margin * survived) | (abs(value - at_once) <= margin * value)
-        said = xr.where(value >= at_once, FAILS_AT_ONCE, xr.where(value <= survived, SURVIVES, FAILS_LATER))
-        if not bool(((found == said) | (found == UNRESOLVED) | close).all()):
+        said = xr.where(
+            value >= at_once, Outcome.FAILS_AT_ONCE, xr.where(value <= survived, Outcome.SURVIVES, Outcome.FAILS_LATER)
+        )
+        if not bool(((found == said) | (found == Outcome.UNRESOLVED) | close).all()):
             return False
     return True

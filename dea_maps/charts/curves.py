@@ -12,7 +12,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, boundary_of
+from ..outcomes import Outcome
+from .boundaries import Outcomes, boundary_of
 from .data import drawable, on_log_axis, varying
 from .isochrones import bar_ticks, time_span
 from .layout import add_colour_bar, add_heading, figure_of, line_width, new_axes, text_size
@@ -29,7 +30,7 @@ _FEW = 40
 _PLACES = 200
 """Places along each axis that are tried for the name of a region."""
 
-_MARKERS = {SURVIVES: "o", FAILS_AT_ONCE: "X", UNRESOLVED: "P", BREAKS_DOWN: "D"}
+_MARKERS = {Outcome.SURVIVES: "o", Outcome.FAILS_AT_ONCE: "X", Outcome.UNRESOLVED: "P", BREAKS_DOWN: "D"}
 
 _BREAKDOWN = ("time_to_breakdown", "breakdown_stretch")
 
@@ -52,7 +53,7 @@ def failure_over(ds: xr.Dataset, name: str, size: str) -> Figure:
     upper, lower = new_axes(size, rows=2, tall=1.35)
     x = parameter.values.values
     regions = regions_of(ds)
-    times = time.values.where(regions == FAILS_LATER).values
+    times = time.values.where(regions == Outcome.FAILS_LATER).values
     stretches = stretch.values.where(regions != BREAKS_DOWN).values
     broken = [shown(ds, key, units).values.values if key in ds else None for key in _BREAKDOWN]
     drawn = ((upper, times, broken[0], time.label), (lower, stretches, broken[1], stretch.label))
@@ -186,7 +187,7 @@ def sample_points(ds: xr.Dataset, size: str) -> Figure:
         scale = "log" if on_log_axis(np.unique(values)) else "linear"
         ax.set(**{f"{which}label": quantity.label, f"{which}scale": scale})
     edge: dict[str, Any] = {"edgecolor": "black", "linewidth": line_width(ax, 0.4), "s": 0.3 * text_size(ax) ** 2}
-    later = outcome == FAILS_LATER
+    later = outcome == Outcome.FAILS_LATER
     span = time_span(time[later])
     if span is not None:
         ax.scatter(x[later], y[later], c=time[later], norm=LogNorm(*span), cmap=COLOURS, **edge)

@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 
+from ..outcomes import Outcome
 from ..program_text import kinds_in
 from ..sweeps.chunks import evenly
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, boundary_of
+from .boundaries import boundary_of
 from .choices import check_choice
 from .data import drawable, on_log_axis, parameters_along, sizes_in_words
 from .layout import add_heading, axes_for, line_width, text_size
@@ -73,7 +74,7 @@ def cycles_chart(
         over = next((name for name in names if kinds[name] == "field"), names[0])
     check_choice("over", over, names)
     units = units_of(ds, units)
-    failed = ds["outcome"].isin((FAILS_LATER, FAILS_AT_ONCE))
+    failed = ds["outcome"].isin((Outcome.FAILS_LATER, Outcome.FAILS_AT_ONCE))
     if not bool(failed.any()):
         raise ValueError("a chart of cycles to failure needs films that fail; all of them survive or are unresolved")
     ax = axes_for(ax, size)

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from ..outcomes import Outcome
 from ..sweeps.chunks import evenly
 from ..sweeps.dead_load import has_dead_load
-from .boundaries import FAILS_LATER, boundary_of
+from .boundaries import boundary_of
 from .choices import check_choice
 from .data import drawable, on_log_axis, parameters_along, sizes_in_words
 from .layout import add_heading, axes_for, line_width
@@ -85,7 +86,7 @@ def failure_curves(
     x, y = shown(ds, over, units), shown(ds, variable, units)
     # At once is at time 0, which a logarithmic axis does not have.
     regions = ds["outcome"].copy(data=regions_of(ds))
-    fails = regions == FAILS_LATER if variable == "time_to_failure" else regions != BREAKS_DOWN
+    fails = regions == Outcome.FAILS_LATER if variable == "time_to_failure" else regions != BREAKS_DOWN
     values = y.values.where(fails)
     log = on_log_axis(np.unique(x.values))
     ax.set(xlabel=x.label, ylabel=y.label, xscale="log" if log else "linear")

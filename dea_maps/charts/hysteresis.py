@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from ..checks import brief
+from ..outcomes import Outcome
 from ..program_text import program_of
 from ..sweeps.loading import repetition_starts, repetitions_before
-from .boundaries import FAILS_LATER, SURVIVES
 from .data import check_variables
 from .layout import add_heading, axes_for, line_width, text_size
 from .units import shown, title_of, units_of
@@ -138,7 +138,7 @@ def _cycles(ds: xr.Dataset) -> dict[int, npt.NDArray[np.bool_]]:
 
 def _is_limit(ds: xr.Dataset, where: npt.NDArray[np.bool_]) -> bool:
     """Tell whether a cycle has the extremes of the limit cycle."""
-    if int(ds["outcome"]) != SURVIVES or "steady_stretch_max" not in ds:
+    if int(ds["outcome"]) != Outcome.SURVIVES or "steady_stretch_max" not in ds:
         return False
     stretch = ds["stretch"].values[where]
     extremes = np.array([float(ds["steady_stretch_max"]), float(ds["steady_stretch_min"])])
@@ -147,6 +147,6 @@ def _is_limit(ds: xr.Dataset, where: npt.NDArray[np.bool_]) -> bool:
 
 def _failure(ds: xr.Dataset, field: float) -> list[tuple[float, float]]:
     """Return field, in units of a chart, and stretch at failure, if that is within the times."""
-    if int(ds["outcome"]) != FAILS_LATER or not float(ds["time_to_failure"]) <= float(ds["time"].values[-1]):
+    if int(ds["outcome"]) != Outcome.FAILS_LATER or not float(ds["time_to_failure"]) <= float(ds["time"].values[-1]):
         return []
     return [(field * float(ds["critical_field"]), float(ds["critical_stretch"]))]

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
+from ..outcomes import Outcome
 from ..sweeps.chunks import evenly
-from .boundaries import FAILS_LATER
 from .data import drawable, parameters_along, sizes_in_words
 from .isochrones import Span, bar_ticks, draw_isolines, isochrone_levels, time_span
 from .layout import add_colour_bar, add_heading, axes_for, figure_of, new_axes, settle, text_size
@@ -73,7 +73,7 @@ def phase_diagram(ds: xr.Dataset, ax: Axes | None = None, *, units: str | None =
     x, y = along.items()
     time = shown(ds, "time_to_failure", units)
     plane = plane_of(ds, x, y, time.values, units)
-    span = time_span(plane.only(FAILS_LATER).compressed())
+    span = time_span(plane.only(Outcome.FAILS_LATER).compressed())
     borders = _paint(ax, plane, span)
     _add_bar([ax], [plane], span, time)
     course = small_course(ds)
@@ -111,7 +111,7 @@ def phase_panels(ds: xr.Dataset, size: str) -> Figure:
     chosen = np.argsort(ds[along[across]].values)[evenly(ds.sizes[across], _MOST_PANELS)]
     time, value = shown(ds, "time_to_failure", units), shown(ds, along[across], units)
     planes = [plane_of(ds.isel({across: index}), x, y, time.values.isel({across: index}), units) for index in chosen]
-    span = time_span(np.concatenate([plane.only(FAILS_LATER).compressed() for plane in planes]))
+    span = time_span(np.concatenate([plane.only(Outcome.FAILS_LATER).compressed() for plane in planes]))
     rows = 2 if len(planes) == 4 else 1
     axes = new_axes(size, rows, len(planes) // rows, tall=2.0 if rows == 2 else 1.0)
     figure, text = figure_of(axes[0]), text_size(axes[0])
@@ -138,13 +138,13 @@ def _paint(ax: Axes, plane: Plane, span: Span | None) -> Floats:
     """Draw colours and regions; return points on the borders."""
     x_edges, y_edges = set_axes(ax, plane)
     if span is not None:
-        paint_values(ax, plane, [FAILS_LATER], x_edges, y_edges, LogNorm(*span))
-    return paint_regions(ax, plane, x_edges, y_edges, [FAILS_LATER])
+        paint_values(ax, plane, [Outcome.FAILS_LATER], x_edges, y_edges, LogNorm(*span))
+    return paint_regions(ax, plane, x_edges, y_edges, [Outcome.FAILS_LATER])
 
 
 def _add_bar(axes: list[Axes], planes: list[Plane], span: Span | None, time: Shown) -> None:
     if span is not None:
-        times = np.concatenate([plane.only(FAILS_LATER).compressed() for plane in planes])
+        times = np.concatenate([plane.only(Outcome.FAILS_LATER).compressed() for plane in planes])
         add_colour_bar(axes, LogNorm(*span), COLOURS, time.label, times, bar_ticks(span))
 
 
@@ -156,6 +156,6 @@ def _write(ax: Axes, plane: Plane, span: Span | None, unit: str, unnamed: list[i
     if span is not None:
         times = [(np.log10(level), time_in_words(level, unit)) for level in isochrone_levels(span)]
         taken = [name.get_window_extent() for name in names]
-        logs = np.ma.log10(plane.only(FAILS_LATER))
+        logs = np.ma.log10(plane.only(Outcome.FAILS_LATER))
         draw_isolines(ax, plane.x.values.values, plane.y.values.values, logs, times, taken, borders)
     return [*unnamed, *more]

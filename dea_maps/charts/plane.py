@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from ..outcomes import Outcome
 from ..sweeps.chunks import evenly
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes, boundary_of
+from .boundaries import Outcomes, boundary_of
 from .data import cell_edges, flagged, on_log_axis
 from .units import Shown, shown
 
@@ -92,9 +92,11 @@ class Plane(NamedTuple):
             value, survived, at_once = fine_x, self.curves.survived[:, np.newaxis], self.curves.at_once[:, np.newaxis]
         else:
             value, survived, at_once = fine_y[:, np.newaxis], self.curves.survived, self.curves.at_once
-        regions = np.select([value >= at_once, value <= survived], [FAILS_AT_ONCE, SURVIVES], FAILS_LATER)
+        regions = np.select(
+            [value >= at_once, value <= survived], [Outcome.FAILS_AT_ONCE, Outcome.SURVIVES], Outcome.FAILS_LATER
+        )
         here = self.regions[np.ix_(_nearest(y, fine_y), _nearest(x, fine_x))]
-        return fine_x, fine_y, np.where(here >= UNRESOLVED, here, regions)
+        return fine_x, fine_y, np.where(here >= Outcome.UNRESOLVED, here, regions)
 
 
 def set_axes(ax: Axes, plane: Plane) -> tuple[Floats, Floats]:
@@ -146,7 +148,7 @@ def regions_of(ds: xr.Dataset) -> Outcomes:
     if "first_limit" in ds:
         first = ds["first_limit"].transpose(*ds["outcome"].dims)
         regions[flagged(first, "breakdown")] = BREAKS_DOWN
-        regions[flagged(first, "unresolved")] = UNRESOLVED
+        regions[flagged(first, "unresolved")] = Outcome.UNRESOLVED
     return regions
 
 

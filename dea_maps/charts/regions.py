@@ -15,7 +15,7 @@ from matplotlib.text import Text
 from scipy import ndimage
 
 from ..outcomes import Outcome
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED, Outcomes
+from .boundaries import Outcomes
 from .layout import line_width, text_size
 from .placement import place_inside
 from .plane import BREAKS_DOWN, Curves, Plane
@@ -28,9 +28,9 @@ COLOURS: Colormap = ListedColormap(colormaps["viridis"](np.linspace(0.25, 1.0, 2
 """Luminance rises all along, and nowhere is so dark that a black line is not seen."""
 
 LOOKS: Mapping[int, dict[str, Any]] = {
-    SURVIVES: {"facecolor": "0.94", "edgecolor": "black"},
-    FAILS_AT_ONCE: {"facecolor": "0.75", "edgecolor": "0.45", "hatch": "////"},
-    UNRESOLVED: {"facecolor": "black", "edgecolor": "black"},
+    Outcome.SURVIVES: {"facecolor": "0.94", "edgecolor": "black"},
+    Outcome.FAILS_AT_ONCE: {"facecolor": "0.75", "edgecolor": "0.45", "hatch": "////"},
+    Outcome.UNRESOLVED: {"facecolor": "black", "edgecolor": "black"},
     BREAKS_DOWN: {"facecolor": "white", "edgecolor": "0.4", "hatch": "xxx"},
 }
 
@@ -76,10 +76,10 @@ def paint_values(
     bounded = plane.curves is not None and BREAKS_DOWN not in regions and known.any()
     if bounded:
         nearest = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
-        shown = np.ma.masked_where(plane.regions >= UNRESOLVED, plane.values[tuple(nearest)])
+        shown = np.ma.masked_where(plane.regions >= Outcome.UNRESOLVED, plane.values[tuple(nearest)])
     mesh = ax.pcolormesh(x_edges, y_edges, shown, norm=norm, cmap=COLOURS, rasterized=True, zorder=order)
     if bounded and plane.curves is not None:
-        mesh.set_clip_path(_side(ax, plane.curves, SURVIVES in regions))
+        mesh.set_clip_path(_side(ax, plane.curves, Outcome.SURVIVES in regions))
     return values
 
 
@@ -108,8 +108,8 @@ def paint_regions(ax: Axes, plane: Plane, x_edges: Floats, y_edges: Floats, skip
     lines = [] if plane.curves is None else plane.curves.points()
     if plane.curves is not None:
         _paint_sides(ax, plane.curves, skipped)
-        by_cells = np.where(by_cells >= UNRESOLVED, by_cells, FAILS_LATER).astype(np.int8)
-        skipped.add(FAILS_LATER)
+        by_cells = np.where(by_cells >= Outcome.UNRESOLVED, by_cells, Outcome.FAILS_LATER).astype(np.int8)
+        skipped.add(Outcome.FAILS_LATER)
     for region in LOOKS.keys() - skipped:
         cells = _cells(x_edges, y_edges, by_cells == region)
         if len(cells):
@@ -154,7 +154,7 @@ def name_regions(
     for region, cells in regions.items():
         if not cells.any():
             continue
-        ink = "white" if region == UNRESOLVED else "black"
+        ink = "white" if region == Outcome.UNRESOLVED else "black"
         name = ax.text(
             x[0], y[0], words_for(region), color=ink, ha="center", va="center", fontsize=0.95 * text_size(ax)
         )
@@ -176,7 +176,9 @@ def _paint_sides(ax: Axes, curves: Curves, skipped: Iterable[int]) -> None:
     """Paint what lies below the first curve and beyond the second, and the curves."""
     limits = ax.get_xlim() if curves.axis == "x" else ax.get_ylim()
     fill = ax.fill_betweenx if curves.axis == "x" else ax.fill_between
-    for curve, region, frame in zip((curves.survived, curves.at_once), (SURVIVES, FAILS_AT_ONCE), limits, strict=True):
+    for curve, region, frame in zip(
+        (curves.survived, curves.at_once), (Outcome.SURVIVES, Outcome.FAILS_AT_ONCE), limits, strict=True
+    ):
         inside = np.clip(curve, *limits)
         if region not in skipped and (inside != frame).any():
             fill(curves.places, inside, frame, **LOOKS[region], linewidth=0.0, zorder=_CURVES)

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..atomic import PathLike, check_writable, replacing
-from .boundaries import FAILS_LATER
+from ..outcomes import Outcome
 from .choices import CHARTS, SIZES, check_choice
 from .curves import failure_over, sample_points
 from .cycles import cycles_chart
@@ -184,4 +184,4 @@ def draw(ds: xr.Dataset, chart: str = "auto", size: str = "column") -> Figure:
 def _is_narrow(ds: xr.Dataset, along: Mapping[str, str]) -> bool:
     """Tell whether a map has so few values of a parameter that they are curves, and films that fail later."""
     fewest = min(ds.sizes[dim] for dim in along)
-    return fewest <= _MOST_AS_CURVES and bool((ds["outcome"] == FAILS_LATER).any())
+    return fewest <= _MOST_AS_CURVES and bool((ds["outcome"] == Outcome.FAILS_LATER).any())

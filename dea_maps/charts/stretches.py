@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 
-from .boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES
+from ..outcomes import Outcome
 from .curves import head_over_regions, points_of, shade_regions
 from .data import drawable, parameters_along, sizes_in_words
 from .isochrones import draw_isolines
@@ -15,7 +15,7 @@ from .plane import BREAKS_DOWN, plane_of, regions_of, set_axes
 from .regions import COLOURS, LOOKS, name_regions, paint_regions, paint_values, patches
 from .units import shown, title_of, units_of
 
-_GROUPS = ((FAILS_LATER, FAILS_AT_ONCE), (SURVIVES,), (BREAKS_DOWN,))
+_GROUPS = ((Outcome.FAILS_LATER, Outcome.FAILS_AT_ONCE), (Outcome.SURVIVES,), (BREAKS_DOWN,))
 """Outcomes within which the stretch does not jump."""
 
 _ENDS = ("at failure", "fully relaxed", "at breakdown")
@@ -86,7 +86,7 @@ def _stretches(ds: xr.Dataset) -> tuple[xr.DataArray, ...]:
     at_breakdown = (
         ds["breakdown_stretch"] if "breakdown_stretch" in ds else xr.full_like(ds["critical_stretch"], np.nan)
     )
-    survives = (ds["outcome"] == SURVIVES) & ~broken
+    survives = (ds["outcome"] == Outcome.SURVIVES) & ~broken
     return ds["critical_stretch"].where(~broken), ds["final_stretch"].where(survives), at_breakdown.where(broken)
 
 

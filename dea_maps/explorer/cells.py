@@ -7,11 +7,11 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ..charts.boundaries import FAILS_LATER
 from ..charts.data import cell_edges, drawable, log_spaced, parameters_along, sizes_in_words
 from ..charts.plane import BREAKS_DOWN, regions_of
 from ..materials.material import Material
 from ..nomenclature import KINDS, quantity_of, si_name
+from ..outcomes import Outcome
 from ..program_text import kinds_in, program_of
 from ..programs import PROGRAMS, Program, shape_of
 from ..sweeps.chunks import evenly
@@ -166,7 +166,7 @@ class Cells(NamedTuple):
     def times_shown(self) -> dict[int, str]:
         """The names of the variables in the colours, by the outcome."""
         unit = "time" if self.seconds is None else "seconds"
-        shown = {FAILS_LATER: f"{unit}_to_failure", BREAKS_DOWN: f"{unit}_to_breakdown"}
+        shown = {Outcome.FAILS_LATER: f"{unit}_to_failure", BREAKS_DOWN: f"{unit}_to_breakdown"}
         return {outcome: name for outcome, name in shown.items() if name in self.ds}
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from ..charts.boundaries import FAILS_LATER, SURVIVES
 from ..charts.plane import BREAKS_DOWN
+from ..outcomes import Outcome
 from ..program_text import kinds_in
 from ..programs import Program
 from ..runs.maps import sweep
@@ -100,12 +100,12 @@ def curves_of(cells: Cells) -> Curves:
     arrays = [array.values.ravel() for array in xr.broadcast(ds["outcome"], *parameters.values())]
     outcome, values = arrays[0], dict(zip(parameters, arrays[1:], strict=True))
     broken = {name: _column(ds, name) for name in ("time_to_breakdown", "breakdown_stretch")}
-    lifetime = np.where(outcome == FAILS_LATER, _column(ds, "time_to_failure"), 0.0)
+    lifetime = np.where(outcome == Outcome.FAILS_LATER, _column(ds, "time_to_failure"), 0.0)
     lifetime = np.where(outcome == BREAKS_DOWN, np.nan_to_num(broken["time_to_breakdown"]), lifetime)
     repeats = REPETITIONS if program.repeats not in range(1, REPETITIONS + 1) else program.repeats
     loaded = repetition_starts(program, values, np.full(outcome.shape, float(repeats)))
     rate = np.maximum(np.nan_to_num(relaxation_rate(found["final_stretch"], values["modulus_ratio"])), 1e-9)
-    span = np.where(outcome == SURVIVES, loaded + np.minimum(_LONGEST, -np.log(_LAST) / rate), lifetime)
+    span = np.where(outcome == Outcome.SURVIVES, loaded + np.minimum(_LONGEST, -np.log(_LAST) / rate), lifetime)
     if repeats != program.repeats:
         span = np.minimum(span, loaded)
     span[~_affordable(span)] = 0.0
@@ -113,7 +113,7 @@ def curves_of(cells: Cells) -> Curves:
     times = _times(program, values, span, repeats, cells.points)
     last = times >= (1.0 - 2.0 * RTOL) * span[:, np.newaxis]
     ends = chosen & (lifetime > 0.0) & (span >= lifetime)
-    at_failure = last & (ends & (outcome == FAILS_LATER))[:, np.newaxis]
+    at_failure = last & (ends & (outcome == Outcome.FAILS_LATER))[:, np.newaxis]
     own = {name: array[chosen] for name, array in values.items()}
     stretch, field = np.ones(times.shape), np.zeros(times.shape)
     # The end is known; at this accuracy, a film might be sought there alive.

@@ -25,10 +25,10 @@ from bokeh.plotting import figure
 from bokeh.themes import Theme
 from matplotlib.colors import to_hex
 
-from ..charts.boundaries import FAILS_LATER
 from ..charts.isochrones import time_span
 from ..charts.plane import BREAKS_DOWN
 from ..charts.regions import COLOURS, LOOKS, words_for
+from ..outcomes import Outcome
 from .cells import Cells, edges, plain_label
 from .text import facts
 
@@ -103,7 +103,7 @@ def draw_map(cells: Cells, source: ColumnDataSource, films: dict[str, Drawn]) ->
     span = time_span(np.concatenate([cells.ds[name].values.ravel() for name in cells.times_shown.values()]))
     if cells.y is None:
         low, high = span or (0.1, 10.0)
-        y_range, y_log, y_label = (low / 1.2, high * 1.2), True, plain_label(cells.times_shown[FAILS_LATER])
+        y_range, y_log, y_label = (low / 1.2, high * 1.2), True, plain_label(cells.times_shown[Outcome.FAILS_LATER])
     else:
         y_edges, y_log = edges(cells.y)
         y_range, y_label = (y_edges[0], y_edges[-1]), plain_label(cells.y.shown)
@@ -135,7 +135,7 @@ def draw_map(cells: Cells, source: ColumnDataSource, films: dict[str, Drawn]) ->
         )
         plot.add_tools(_pointer(cells, outcome, drawn))
     if times is not None:
-        title = plain_label(cells.times_shown[FAILS_LATER])
+        title = plain_label(cells.times_shown[Outcome.FAILS_LATER])
         if BREAKS_DOWN in cells.times_shown:
             title = title.replace("failure", "failure or breakdown")
         plot.add_layout(ColorBar(color_mapper=times, title=title, height=12, padding=4, name="bar"), "above")
@@ -240,7 +240,7 @@ def legend(cells: Cells) -> list[tuple[str, str]]:
         Of all slices.
     """
     met = np.unique(cells.ds["outcome"].values).tolist()
-    return [(words_for(outcome), f"outcome-{outcome}") for outcome in met if outcome != FAILS_LATER]
+    return [(words_for(outcome), f"outcome-{outcome}") for outcome in met if outcome != Outcome.FAILS_LATER]
 
 
 def _looks(cells: Cells, outcome: int, times: LogColorMapper | None) -> dict[str, Any]:

@@ -12,9 +12,9 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColumnDataSource, CustomJS
 from bokeh.resources import INLINE
 
-from ..charts.boundaries import FAILS_LATER
 from ..charts.plane import BREAKS_DOWN
 from ..charts.regions import words_for
+from ..outcomes import Outcome
 from .cells import Cells, columns, edges, fixed_parameters, plain_label
 from .curves import Curves
 from .figures import CHOSEN, THEME, draw_map, draw_program, draw_trajectory, legend, sources
@@ -71,7 +71,7 @@ def page(cells: Cells, curves: Curves, made_from: str) -> str:
             "outcomes": {str(outcome): words_for(outcome) for outcome in outcomes},
             "facts": {str(outcome): [[plain_label(name), name] for name in names] for outcome, names in told.items()},
             "sentences": sentences(cells),
-            "ENDS": [FAILS_LATER, BREAKS_DOWN],
+            "ENDS": [Outcome.FAILS_LATER, BREAKS_DOWN],
         },
         code=_text("explore.js"),
     )

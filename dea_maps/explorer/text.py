@@ -3,16 +3,16 @@
 import numpy as np
 
 from .. import __version__
-from ..charts.boundaries import FAILS_AT_ONCE, FAILS_LATER, SURVIVES, UNRESOLVED
 from ..charts.plane import BREAKS_DOWN
 from ..nomenclature import quantity_of, si_name
+from ..outcomes import Outcome
 from ..programs import ENDLESS
 from .cells import REPETITIONS, RTOL, Cells, fixed_parameters, plain_label, results
 
 _MEANT = {
-    SURVIVES: ("final_", "largest_", "steady_"),
-    FAILS_LATER: ("time_to_failure", "seconds_to_failure", "cycles_", "critical_"),
-    FAILS_AT_ONCE: ("critical_",),
+    Outcome.SURVIVES: ("final_", "largest_", "steady_"),
+    Outcome.FAILS_LATER: ("time_to_failure", "seconds_to_failure", "cycles_", "critical_"),
+    Outcome.FAILS_AT_ONCE: ("critical_",),
     BREAKS_DOWN: ("time_to_breakdown", "seconds_to_breakdown", "breakdown_"),
 }
 """With what the names of the variables begin that have a meaning for an outcome."""
@@ -44,7 +44,7 @@ def reading(cells: Cells) -> str:
     outcomes = cells.ds["outcome"].values
     sliders = [quantity_of(axis.name).label for axis in cells.across]
     drawn = [", up to failure (cross)"]
-    if (outcomes == SURVIVES).any():
+    if (outcomes == Outcome.SURVIVES).any():
         limit = "the stretches of the limit cycle" if "steady_stretch_max" in cells.ds else "its final stretch"
         drawn.append(f", or {'with' if _cut(cells) else 'until it has nearly'} {limit} (dashed)")
     parts = [
@@ -73,7 +73,11 @@ def _cut(cells: Cells) -> bool:
 def notes(cells: Cells, made_from: str) -> list[str]:
     """Return what the symbols mean, what was left out, and from what the page was made."""
     ds = cells.ds
-    names = [*fixed_parameters(cells), *(axis.shown for axis in cells.axes[::-1]), cells.times_shown[FAILS_LATER]]
+    names = [
+        *fixed_parameters(cells),
+        *(axis.shown for axis in cells.axes[::-1]),
+        cells.times_shown[Outcome.FAILS_LATER],
+    ]
     symbols = [f"{plain_label(name)}: {ds[name].attrs.get('long_name', name.replace('_', ' '))}" for name in names]
     told = [f"In words: {'; '.join(symbols)}."]
     if cells.seconds is not None:
@@ -111,25 +115,25 @@ def sentences(cells: Cells) -> dict[str, object]:
     unit = "τ" if cells.seconds is None else "s"
     cycles = " ({cycles_to_failure} repetitions completed)" if "cycles_to_failure" in cells.ds else ""
     reached = f"after {{end}} {unit}{cycles} at a stretch of {{stretch}}, an area strain of {{strain}}."
-    fails = f"It fails after {{{cells.times_shown[FAILS_LATER]}}} {unit}{cycles}"
+    fails = f"It fails after {{{cells.times_shown[Outcome.FAILS_LATER]}}} {unit}{cycles}"
     survives = "It survives"
     if "steady_stretch_max" in cells.ds:
         survives += ": in the end its stretch stays between {steady_stretch_min} and {steady_stretch_max}"
     no_curve = "no curve is drawn, as it takes much longer than the others, or to be as accurate as asked"
     broken = f" after {{{cells.times_shown[BREAKS_DOWN]}}} {unit}" if BREAKS_DOWN in cells.times_shown else " first"
     first = f"the first {REPETITIONS} repetitions are drawn"
-    whole = {FAILS_LATER: f"It fails {reached}", BREAKS_DOWN: f"It breaks down {reached}"}
+    whole = {Outcome.FAILS_LATER: f"It fails {reached}", BREAKS_DOWN: f"It breaks down {reached}"}
     nearly = f"after {{end}} {unit} its stretch of {{stretch}}, an area strain of {{strain}}, is nearly the final one"
     part = {
-        SURVIVES: f"{survives}; {first}." if _cut(cells) else f"It survives: {nearly}.",
-        FAILS_LATER: f"{fails}; {first}.",
+        Outcome.SURVIVES: f"{survives}; {first}." if _cut(cells) else f"It survives: {nearly}.",
+        Outcome.FAILS_LATER: f"{fails}; {first}.",
     }
     none = {
-        SURVIVES: f"{survives}; {no_curve}.",
-        FAILS_LATER: f"{fails}; {no_curve}.",
-        FAILS_AT_ONCE: "It fails at once, so that there is no curve.",
+        Outcome.SURVIVES: f"{survives}; {no_curve}.",
+        Outcome.FAILS_LATER: f"{fails}; {no_curve}.",
+        Outcome.FAILS_AT_ONCE: "It fails at once, so that there is no curve.",
         BREAKS_DOWN: f"It breaks down{broken}; no curve is drawn.",
-        UNRESOLVED: "It is unresolved, which says nothing of the film: there is no curve.",
+        Outcome.UNRESOLVED: "It is unresolved, which says nothing of the film: there is no curve.",
     }
     return {
         "nothing": "Click a film in the map, or choose one with the arrow keys: its field and stretch against time are "
