@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -115,8 +116,9 @@ class MapFile:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            number = getattr(error, "errno", None)
-            words = os.strerror(number) if number and number > 0 else " ".join(str(error).split())
+            number, text = getattr(error, "errno", None), " ".join(str(error).split())
+            of_system = re.search("error message = '([^']+)'", text)  # as HDF5 quotes it
+            words = os.strerror(number) if number and number > 0 else of_system[1] if of_system else text
             raise OSError(f"cannot write {self.path}: {words}") from error
 
     def _patterns(self, template: xr.Dataset, names: Sequence[str]) -> tuple[list[_Pattern], list[str]]:
