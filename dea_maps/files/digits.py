@@ -1,6 +1,7 @@
 """Rounding of maps to the bits that their accuracy carries, said in the attributes of CF-1.12, section 8.4."""
 
 import math
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -60,11 +61,11 @@ def described(ds: xr.Dataset, rtol: float) -> xr.Dataset:
     return ds
 
 
-def _has_more(dtype: np.dtype[np.generic], bits: int) -> bool:
+def _has_more(dtype: np.dtype[Any], bits: int) -> bool:
     return dtype.kind == "f" and np.finfo(dtype).nmant > bits
 
 
-def rounded(values: NDArray[np.generic], bits: int) -> NDArray[np.generic]:
+def rounded(values: NDArray[Any], bits: int) -> NDArray[Any]:
     """Return numbers rounded to the nearest of so many bits, of two that are as near to the one that ends in 0.
 
     NaN, infinities and numbers below the normal ones stay, as what would become infinite. M. Klower et al. (2021),

@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -40,7 +41,7 @@ class Storage(NamedTuple):
     filters: tuple[int, ...]
     bits: int | None = None
 
-    def chunks(self, values: NDArray[np.generic], places: Sequence[slice]) -> list[bytes]:
+    def chunks(self, values: NDArray[np.generic], places: Sequence[slice]) -> Sequence[bytes]:
         """Return what the file stores of values, chunk by chunk: in any thread."""
         return [self._chunk(values[place]) for place in places]
 
@@ -50,6 +51,21 @@ class Storage(NamedTuple):
         if values.size < self.cells:
             values = np.concatenate([values, np.full(self.cells - values.size, self.fill)])
         return filtered(values, self.filters)
+
+
+class _Pattern(NamedTuple):
+    """How a variable is written: what makes it, and its attributes."""
+
+    options: dict[str, Any]
+    attributes: dict[str, Any]
+
+
+def _pattern(variable: "netCDF4.Variable[Any]") -> _Pattern:
+    attributes = {key: variable.getncattr(key) for key in variable.ncattrs()}
+    filters: dict[str, Any] = dict(variable.filters() or {})
+    options = {kind: filters[kind] for kind in (("zlib", "shuffle", "fletcher32") if variable.ndim else ())}
+    options |= {"varname": variable.name, "datatype": variable.dtype, "dimensions": variable.dimensions}
+    return _Pattern({**options, "complevel": 1, "fill_value": attributes.pop("_FillValue", False)}, attributes)
 
 
 class MapFile:
@@ -84,19 +100,14 @@ class MapFile:
         self.path = path
         self._chunks = chunks
         path.unlink(missing_ok=True)
-        # xarray writes the rest, and shows on a map of one cell how it would write the variables.
-        one_cell = path.with_name(f"{path.name}.cell")
-        try:
-            with NETCDF_LOCK, self._named():
-                template.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
-                template.isel({dim: slice(0, 1) for dim in template.dims}).to_netcdf(one_cell, engine="netcdf4")
-                with netCDF4.Dataset(path, "a") as file, netCDF4.Dataset(one_cell) as pattern:
-                    self._describe(file, template, names, pattern)
-                self._file = h5py.File(path, "r+")
-                self.storage = {name: _storage(self._file[name]) for name in names}
-                self._stored = {name: self._file[name].id for name in names}
-        finally:
-            one_cell.unlink(missing_ok=True)
+        with NETCDF_LOCK, self._named():
+            patterns, own = self._patterns(template, names)
+            template.drop_vars(names).to_netcdf(path, engine="netcdf4", format="NETCDF4")
+            with netCDF4.Dataset(path, "a") as file:
+                self._describe(file, template, patterns, own)
+            self._file = h5py.File(path, "r+")
+            self.storage = {name: _storage(self._file[name]) for name in names}
+            self._stored = {name: self._file[name].id for name in names}
         self._bytes = path.open("rb", buffering=0)
 
     @contextmanager
@@ -105,39 +116,34 @@ class MapFile:
         try:
             yield
         except (OSError, RuntimeError) as error:
-            number = getattr(error, "errno", None)
-            words = os.strerror(number) if number and number > 0 else " ".join(str(error).split())
+            number, text = getattr(error, "errno", None), " ".join(str(error).split())
+            of_system = re.search("error message = '([^']+)'", text)  # as HDF5 quotes it
+            words = os.strerror(number) if number and number > 0 else of_system[1] if of_system else text
             raise OSError(f"cannot write {self.path}: {words}") from error
 
+    def _patterns(self, template: xr.Dataset, names: Sequence[str]) -> tuple[list[_Pattern], list[str]]:
+        """Return how xarray writes the variables, and which attributes a file has, by a map of one cell."""
+        one_cell = self.path.with_name(f"{self.path.name}.cell")
+        try:
+            template.isel({dim: slice(0, 1) for dim in template.dims}).to_netcdf(one_cell, engine="netcdf4")
+            with netCDF4.Dataset(one_cell) as file:
+                return [_pattern(file[name]) for name in names], file.ncattrs()
+        finally:
+            one_cell.unlink(missing_ok=True)
+
     def _describe(
-        self, file: netCDF4.Dataset, template: xr.Dataset, names: Sequence[str], pattern: netCDF4.Dataset
+        self, file: netCDF4.Dataset, template: xr.Dataset, patterns: list[_Pattern], attributes: list[str]
     ) -> None:
         """Make the dimensions and the variables."""
         file.set_auto_maskandscale(False)
-        if "coordinates" in file.ncattrs() and "coordinates" not in pattern.ncattrs():
+        if "coordinates" in file.ncattrs() and "coordinates" not in attributes:
             file.delncattr("coordinates")
         for dim, size in template.sizes.items():
             if dim not in file.dimensions:
                 file.createDimension(str(dim), size)
-        for name in names:
-            self._define(file, pattern[name])
-
-    def _define(self, file: netCDF4.Dataset, pattern: "netCDF4.Variable[Any]") -> None:
-        """Make a variable like that of the map of one cell."""
-        attributes = {key: pattern.getncattr(key) for key in pattern.ncattrs()}
-        kinds = ("zlib", "shuffle", "fletcher32") if pattern.ndim else ()
-        filters: dict[str, Any] = dict(pattern.filters() or {})
-        storage = {kind: filters[kind] for kind in kinds}
-        variable = file.createVariable(
-            pattern.name,
-            pattern.dtype,
-            pattern.dimensions,
-            **storage,
-            complevel=1,
-            chunksizes=self._chunks.part_shape if pattern.ndim else None,
-            fill_value=attributes.pop("_FillValue", False),
-        )
-        variable.setncatts(attributes)
+        for pattern in patterns:
+            chunks = self._chunks.part_shape if pattern.options["dimensions"] else None
+            file.createVariable(**pattern.options, chunksizes=chunks).setncatts(pattern.attributes)
 
     def write(self, first: int, chunks: Mapping[str, Sequence[bytes]]) -> list[int]:
         """Write the chunks of a part.
