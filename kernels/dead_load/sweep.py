@@ -39,10 +39,6 @@ from .film import (
 
 # Eight nodes: the estimate of fewer may fall short of the error of a fresh film, and nodes are cheap here.
 LOWEST_RULE = 2
-# Of a film that hardly relaxes, p, the error of the hold after a ramp is known to this tolerance only: measured against
-# results at a tolerance of 1e-12, where it exceeded 1e-10 up to 7 times for p below 1e-8.
-HARDLY_RELAXES = 1e-6
-SMALLEST_THEN = 1e-9
 # Types of the arguments of a sweep.
 SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int8[::1], float64[:, :]"
 
@@ -255,8 +251,7 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
                 # Where all is over at once after a fast ramp, the rounding of r counts.
                 rounding = reached[rise.REACHED_ROUNDING, cell]
                 lost = rounding > tolerance * w[quadrature.TIME, i] + tolerance * (field[cell] / rate[cell])
-                p = modulus_ratio[cell] - 1.0
-                if lost or (tolerance < SMALLEST_THEN and 0.0 < p < HARDLY_RELAXES):
+                if lost:
                     status[cell] = BUDGET_SPENT
             count, following = next_cells(status, following, AT_END, cells)
 
