@@ -68,9 +68,10 @@ LATEST = 0.9
 # of the accuracy asked, or of this one, and the first step after it, over v and the eighth root of the accuracy.
 # Measured, with those of `creep.py`, on 280,000 random films; their cost hardly depends on them.
 CREEP_END = 0.5
-CREEP_SHARE = 0.25
-CREEP_RTOL = 1e-4
+CREEP_SHARE = 0.2
+CREEP_RTOL = 1e-5
 STEP_AFTER = 1.3
+LARGEST_V = 0.5
 # Of the time in `_ceiling`: half of that estimate, and some less.
 HOLD_SHARE = 0.4
 # y_floor, of which the cost alone depends, is y where a damping of 1 is left, no farther than this share of the way to
@@ -270,8 +271,8 @@ def _after_creep(film, cell, films, starts, rtol, reached):
     square = -0.5 * f * of_w * first / (x * x)
     starts[FIRST_V, cell] = np.sqrt(square)
     starts[FIRST_Y, cell] = 1.0 - r * x * x
-    starts[CAUTION, cell] = 1.0 / (r * x * x)
-    starts[LONGEST, cell] = STEP_AFTER * np.sqrt(np.sqrt(np.sqrt(rtol))) * np.sqrt(square)
+    starts[CAUTION, cell] = 2.0 / (r * x * x)
+    starts[LONGEST, cell] = STEP_AFTER * np.sqrt(np.sqrt(np.sqrt(rtol))) * min(np.sqrt(square), LARGEST_V)
     starts[SHIFT, cell] = square - strain
     reached[REACHED_R, cell] = r
     reached[REACHED_D, cell] = x - film[W_T, cell]
