@@ -1,6 +1,6 @@
 """Slow manifold of a film under a dead load: y = 1 - z there, and where a slow ramp may enter it.
 
-(8.12) of docs/theory/dead_load.md; `rising/start.py` has that of a free film.
+(8.13) of docs/theory/dead_load.md; `rising/start.py` has that of a free film.
 """
 
 import numpy as np
