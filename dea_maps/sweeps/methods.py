@@ -96,7 +96,7 @@ TIME = "time"
 RATE = "rate"
 """The equations as the paper prints them, for comparison: they serve every program as well."""
 LENGTH = "length"
-"""Of films under a dead load and a field that rises: the area-strain form; where a film creeps, over a length."""
+"""Of films under a dead load and a field that rises: the area-strain form; films that creep begin over the field."""
 _SHAPES: Mapping[str, tuple[str, ...]] = {
     "stretch": ("step",),
     "area": ("ramp", "ramp_hold"),

@@ -230,8 +230,12 @@ def failure(p, w_t, sigma, load, gap_t, a_first, d_first, share):
     Returns
     -------
     a, d : float
-        NaN where the iteration did not end.
+        Those of a film at first where it does not carry the load, within the accuracy of ``a_first``; NaN where the
+        iteration did not end.
     """
+    d = unstable_d(p, a_first, w_t, sigma, d_first)
+    if spare_load(p, a_first, w_t, sigma, gap_t, d) <= 0.0:
+        return a_first, d
     high, low = a_first, 0.0
     a, d = _guess_of_failure(w_t, a_first, d_first, share)
     for _ in range(_ITERATIONS):

@@ -1,13 +1,14 @@
-"""Rising field on a film that is at rest under its dead load: one scalar equation, `rising.state.RisingForm`.
+"""Rising field on a film under a dead load: one scalar equation, `rising.state.RisingForm`.
 
-With the stretch lambda_p of the film at rest without field, w_p = 1/lambda_p, ``s = lambda/lambda_p = 1 + v**2`` is
+With the stretch lambda_p of the relaxed film without field, w_p = 1/lambda_p, ``s = lambda/lambda_p = 1 + v**2 - o`` is
 the area-strain form's variable; the state y = 1 - z is the same. In units of w_p, with ``c = w_p**6``, ``P = p w_p**2``
-and sigma w_p = 1 - c, since the film is at rest, (18) to (20) and (26) become
+and sigma w_p = 1 - c, since that film is at rest, (18) to (20) and (26) become
 
-    e = (v**2/s**3) (1 + c (s**-1 + .. + s**-5)) + P h/s**4,
+    e = ((s - 1)/s**3) (1 + c (s**-1 + .. + s**-5)) + P h/s**4,
     dy/dv = (4 v/s) (z R + h s**-4 (4 P h s**-2 + 2 - 8 c s**-6 - 3 (1 - c)/s))/(R + 2 P H h s**-6),
 
-where ``R = 2 k lambda_p**3 sqrt(e_C e)``: no singularity at the instability, and a positive denominator.
+where ``R = 2 k lambda_p**3 sqrt(e_C e)``: no singularity at the instability, and a positive denominator. A film that is
+at rest begins there, o = 0. One that creeps first goes through `creep.py`, since its e is a small difference then.
 """
 
 import math
@@ -18,7 +19,7 @@ import numpy as np
 
 from .._jit import device
 from ..forms.area_strain import DIFFERENCE_STEP, SMALLEST_LOAD_RATE
-from ..lane_state import AT_END, BUDGET_SPENT, FAILED
+from ..lane_state import AT_END, BUDGET_SPENT, FAILED, RUNNING
 from ..model import CRITICAL_LOAD
 from ..rising import state as lane
 from ..rising.driver import make_climb_of_cells
@@ -28,6 +29,7 @@ from ..rising.state import (
     FIELD,
     INVERSE_TOLERANCE,
     LANDING,
+    OFFSET,
     RATE,
     SHAPE,
     SPEED,
@@ -44,24 +46,32 @@ from ..rising.state import (
     RisingForm,
 )
 from ..runge_kutta.tableaus import TABLEAUS
-from .climb import (
-    LARGEST_Y,
-    LATEST,
-    REACHED_D,
-    REACHED_R,
-    REACHED_ROUNDING,
-    SHARE,
-    damping_of,
-    entry_at,
-    rounding_of,
-    slow_manifold,
-    write_failure,
-)
-from .film import FIELD_T, GAP_I, GAP_T, LOAD_T, W_I, W_T, curvature, unstable_d
+from . import creep
+from .film import FIELD_I, FIELD_T, GAP_I, GAP_T, LOAD_T, W_I, W_T, curvature, first_d, stable_side, unstable_d
+from .slow_manifold import damping_of, entry_at, slow_manifold
 
-# Rows of the states on the slow manifold: with y_floor, and e - e_t, infinite where a ramp begins without field.
-LATE_V, LATE_Y, LATE_EXCESS, FLOOR = range(4)
-STARTS = 4
+# Rows of what a climb begins with: stretch of the relaxed film without field, state, bound of the first step, factor of
+# one over the tolerance, y_floor, and by how much v**2 exceeds the strain.
+REST, FIRST_V, FIRST_Y, LONGEST, CAUTION, FLOOR, SHIFT = range(7)
+STARTS = 7
+# Rows of how the field is reached at which a film is held; the last: error of the time of failure, by rounding of r.
+REACHED_R, REACHED_D, REACHED_ROUNDING = range(3)
+REACHED = 3
+# Units of rounding by which r may be wrong.
+ROUNDINGS = 32.0 * 2.0**-52
+# Of the accuracy asked of the results; measured, see docs/theory/dead_load.md.
+SHARE = 0.6
+# On the slow manifold: no entry where y is larger, nor so close to the film at rest without field.
+LARGEST_Y = 0.05
+LATEST = 0.9
+# Of a film that creeps: the share of the field of a relaxed film to which `creep.py` takes it at least, the share there
+# of the accuracy asked, or of this one, and the first step after it, over v and the eighth root of the accuracy.
+# Measured, with those of `creep.py`, on 280,000 random films; their cost hardly depends on them.
+CREEP_END = 0.5
+CREEP_SHARE = 0.2
+CREEP_RTOL = 1e-5
+STEP_AFTER = 1.3
+LARGEST_V = 0.5
 # Of the time in `_ceiling`: half of that estimate, and some less.
 HOLD_SHARE = 0.4
 # y_floor, of which the cost alone depends, is y where a damping of 1 is left, no farther than this share of the way to
@@ -73,7 +83,7 @@ FLOOR_SHARE = 0.5
 def _rhs(w, i, v, y):
     """dy/dv; numerator and denominator multiplied by s**10 z**3 leave one division and one square root."""
     c, p = w[SHAPE, i], w[P, i]
-    strain = v * v
+    strain = v * v - w[OFFSET, i]
     s = 1.0 + strain
     square = s * s
     fourth = square * square
@@ -93,7 +103,7 @@ def _parts(w, i, v, y):
     """Return e - e_t, D, and x = 1/s, z, h of a state."""
     c, top = w[SHAPE, i], w[TOP, i]
     z = 1.0 - y
-    s = 1.0 + v * v
+    s = 1.0 + (v * v - w[OFFSET, i])
     inverse = 1.0 / (s * z)
     x = inverse * z
     h = y * (1.0 + z + z * z) * (inverse * s)
@@ -120,7 +130,9 @@ def _event(w, i, v, y, slope):
     bend = w[P, i] * square
     of_x = 48.0 * c * square * square * x + 3.0 * (1.0 - c) + 4.0 * w[P, i] * x * (3.0 * z * z - h)
     change = -2.0 * (v * square * of_x + bend * (6.0 * z + H) * slope)
-    load = v * v * square * x * (1.0 + c * x * (1.0 + x * (1.0 + x * (1.0 + x * (1.0 + x))))) + bend * square * h
+    load = (v * v - w[OFFSET, i]) * square * x * (
+        1.0 + c * x * (1.0 + x * (1.0 + x * (1.0 + x * (1.0 + x))))
+    ) + bend * square * h
     rate = w[SPEED, i] * np.sqrt(load) + SMALLEST_LOAD_RATE
     return excess, D, change, 2.0 * v * square * x * rate / (rate + 2.0 * bend * square * square * H * h)
 
@@ -137,10 +149,10 @@ def _prepare(w, i, rtol, tolerance_factor, damping):
     first = min(LARGEST_FIRST_STEP, FIRST_STEP * np.sqrt(w[Y_FLOOR, i]))
     w[START_SLOPE, i] = f
     w[START_JACOBIAN, i] = grows
-    w[START_STEP, i] = STABLE_STEP / abs(grows) if y > 0.0 else first
+    w[START_STEP, i] = min(STABLE_STEP / abs(grows), w[START_STEP, i]) if y > 0.0 else first
 
 
-AT_REST = RisingForm(_rhs, _look, _event, _prepare)
+UNDER_LOAD = RisingForm(_rhs, _look, _event, _prepare)
 
 
 @device
@@ -150,21 +162,35 @@ def is_at_rest(start, sigma):
 
 
 @device
-def start_of(film, cell, starts, p, start, sigma, rate, damping):
-    """Fill in a column of ``starts``, (STARTS, cells): where a slow ramp enters the slow manifold, and y_floor."""
+def write_failure(result, cell, time, w, r, field):
+    """Write the results of a film that fails."""
+    result[0, cell] = time
+    result[1, cell] = 1.0 / w
+    result[2, cell] = np.sqrt(r)
+    result[3, cell] = field
+
+
+@device
+def start_of(film, cell, starts, p, sigma, rate, target, damping):
+    """Fill in a column of ``starts``, (STARTS, cells), but REST: on the slow manifold, if a ramp is slow, else at rest.
+
+    ``target`` is e - e_t at which the climb ends.
+    """
     w_t, load_t = film[W_T, cell], film[LOAD_T, cell]
-    first = 1.0 / start
-    relaxed = first - w_t
+    relaxed = 1.0 / starts[REST, cell] - w_t
     entry = entry_at(w_t, sigma, p, load_t, relaxed, rate, damping)
     y, u, _, _, G = slow_manifold(w_t, sigma, load_t, rate, entry)
     z = 1.0 - y
     nearer = min(entry / np.sqrt(np.sqrt(damping)), FLOOR_SHARE * relaxed)
     floor, _, _, _, _ = slow_manifold(w_t, sigma, load_t, rate, nearer)
-    good = (entry < LATEST * relaxed) & (y < LARGEST_Y)
-    starts[LATE_EXCESS, cell] = p * u * u * y * (1.0 + z + z * z) / z - entry * entry * G if good else math.inf
-    starts[LATE_V, cell] = np.sqrt((relaxed - entry) / (w_t + entry))
-    starts[LATE_Y, cell] = y
+    excess = p * u * u * y * (1.0 + z + z * z) / z - entry * entry * G
+    late = (entry < LATEST * relaxed) & (y < LARGEST_Y) & (excess < min(target, 1e300))
+    starts[FIRST_V, cell] = np.sqrt((relaxed - entry) / (w_t + entry)) if late else 0.0
+    starts[FIRST_Y, cell] = y if late else 0.0
+    starts[LONGEST, cell] = math.inf
+    starts[CAUTION, cell] = 1.0
     starts[FLOOR, cell] = min(LARGEST_FLOOR, floor)
+    starts[SHIFT, cell] = 0.0
 
 
 @device
@@ -189,43 +215,87 @@ def make_give(target_of: Callable[..., Any]) -> Callable[..., Any]:
     @device
     def give(w, j, cell, cells):
         film, starts, field, rate, modulus_ratio, start = cells
-        first = 1.0 / start[cell]
+        first = 1.0 / starts[REST, cell]
         square = first * first
         p = modulus_ratio[cell] - 1.0
         target = target_of(film, cell, p)
-        late = starts[LATE_EXCESS, cell] < min(target, 1e300)
         w[P, j] = p * square
-        w[Y_CEILING, j] = _ceiling(film, cell, p, first)
+        w[Y_CEILING, j] = _ceiling(film, cell, p, 1.0 / start[cell])
         w[RATE, j] = rate[cell]
         w[FIELD, j] = field[cell] if target < math.inf else math.inf
-        w[INVERSE_TOLERANCE, j] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p))
+        w[INVERSE_TOLERANCE, j] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)) * starts[CAUTION, cell]
         w[SHAPE, j] = square * square * square
-        w[TOP, j] = film[W_T, cell] * start[cell]
+        w[TOP, j] = film[W_T, cell] * starts[REST, cell]
         w[SPEED, j] = 2.0 * rate[cell] * np.sqrt(CRITICAL_LOAD) / (square * first)
         w[TARGET, j] = target / square
-        w[START_V, j] = starts[LATE_V, cell] if late else 0.0
-        w[START_Y, j] = starts[LATE_Y, cell] if late else 0.0
+        w[START_V, j] = starts[FIRST_V, cell]
+        w[START_Y, j] = starts[FIRST_Y, cell]
+        w[START_STEP, j] = starts[LONGEST, cell]
         w[Y_FLOOR, j] = starts[FLOOR, cell]
+        w[OFFSET, j] = starts[SHIFT, cell]
 
     return give
 
 
 @device
-def _state(risen, cell, w_t, start, fraction):
-    """Return r and w - w_t at the event, from the state close to it and a fraction of dr/dv there."""
-    v, z, aim = risen[lane.REACHED_V, cell], 1.0 - risen[lane.REACHED_Y, cell], risen[lane.REACHED_AIM, cell]
-    s = 1.0 + v * v
-    change = (4.0 * v * z - risen[lane.REACHED_SLOPE, cell] * s) * s
-    v += aim
-    return (z * s * s + fraction * aim * change) * start * start, 1.0 / (start * (1.0 + v * v)) - w_t
+def _rounding_of(r, y):
+    """Return the error of the time of failure by the rounding of r, which rises at 2 h."""
+    z = 1.0 - y
+    h = y * (1.0 + z + z * z) / z
+    return ROUNDINGS * r / (2.0 * abs(h) + ROUNDINGS)
 
 
 @device
-def read_failure(risen, cell, film, p, start, sigma, rate, result):
+def _begin_to_creep(film, cell, films, p, start, sigma, rate, end, tolerance):
+    """Fill in a column of ``films``, (creep.CREEP, cells)."""
+    films[creep.P, cell] = p
+    films[creep.SIGMA, cell] = sigma
+    films[creep.SLOWNESS, cell] = 1.0 / rate
+    films[creep.END, cell] = end
+    films[creep.ENOUGH, cell] = CREEP_END * film[FIELD_T, cell]
+    films[creep.INVERSE_TOLERANCE, cell] = 1.0 / tolerance
+    load_i = CRITICAL_LOAD * film[FIELD_I, cell] * film[FIELD_I, cell]
+    d, _ = first_d(p, start, film[W_T, cell], sigma, film[W_I, cell], load_i)
+    films[creep.W, cell] = film[W_T, cell] + d
+    films[creep.R, cell] = start * start
+
+
+@device
+def _after_creep(film, cell, films, starts, rtol, reached):
+    """Fill in a column of ``starts``, in which v is roughly proportional to the time, or of ``reached``."""
+    p, sigma, r = films[creep.P, cell], films[creep.SIGMA, cell], films[creep.R, cell]
+    f, x = films[creep.END, cell], films[creep.W, cell]
+    of_w = creep.change_of_w(p, sigma, films[creep.SLOWNESS, cell], f, x, r)
+    first = 1.0 / starts[REST, cell]
+    strain = (first - x) / x
+    square = -0.5 * f * of_w * first / (x * x)
+    starts[FIRST_V, cell] = np.sqrt(square)
+    starts[FIRST_Y, cell] = 1.0 - r * x * x
+    starts[CAUTION, cell] = 2.0 / (r * x * x)
+    starts[LONGEST, cell] = STEP_AFTER * np.sqrt(np.sqrt(np.sqrt(rtol))) * min(np.sqrt(square), LARGEST_V)
+    starts[SHIFT, cell] = square - strain
+    reached[REACHED_R, cell] = r
+    reached[REACHED_D, cell] = x - film[W_T, cell]
+    reached[REACHED_ROUNDING, cell] = _rounding_of(r, 1.0 - r * x * x)
+
+
+@device
+def _state(risen, cell, starts, w_t, fraction):
+    """Return r and w - w_t at the event, from the state close to it and a fraction of dr/dv there."""
+    v, z, aim = risen[lane.REACHED_V, cell], 1.0 - risen[lane.REACHED_Y, cell], risen[lane.REACHED_AIM, cell]
+    rest, shift = starts[REST, cell], starts[SHIFT, cell]
+    s = 1.0 + (v * v - shift)
+    change = (4.0 * v * z - risen[lane.REACHED_SLOPE, cell] * s) * s
+    v += aim
+    return (z * s * s + fraction * aim * change) * rest * rest, 1.0 / (rest * (1.0 + (v * v - shift))) - w_t
+
+
+@device
+def read_failure(risen, cell, film, starts, p, sigma, rate, result):
     """Write what a cell found at the instability; returns its status."""
     # dr/dv vanishes at the instability: half of it acts over the distance left.
-    r, d = _state(risen, cell, film[W_T, cell], start, 0.5)
-    excess = risen[lane.REACHED_LOAD_EXCESS, cell] / (start * start)
+    r, d = _state(risen, cell, starts, film[W_T, cell], 0.5)
+    excess = risen[lane.REACHED_LOAD_EXCESS, cell] / (starts[REST, cell] * starts[REST, cell])
     field = film[FIELD_T, cell] * np.sqrt(1.0 + excess / film[LOAD_T, cell])
     if not field / rate < math.inf:
         return BUDGET_SPENT
@@ -236,37 +306,69 @@ def read_failure(risen, cell, film, p, start, sigma, rate, result):
 
 
 @device
-def read_end(risen, cell, film, start, reached):
-    """Write how a cell reached the field at which it is held, in ``reached``, as `climb.make_climb` does."""
-    r, d = _state(risen, cell, film[W_T, cell], start, 1.0)
+def read_end(risen, cell, film, starts, reached):
+    """Write how a cell reached the field at which it is held, in ``reached``, (REACHED, cells)."""
+    r, d = _state(risen, cell, starts, film[W_T, cell], 1.0)
     y = risen[lane.REACHED_Y, cell]
-    z = 1.0 - y
     reached[REACHED_R, cell] = r
     reached[REACHED_D, cell] = d
-    reached[REACHED_ROUNDING, cell] = rounding_of(r, y * (1.0 + z + z * z) / z)
+    reached[REACHED_ROUNDING, cell] = _rounding_of(r, y)
 
 
 def make_rise(target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
-    """Make ``rise(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)``, as `make_climb`.
+    """Make ``rise(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)`` of a run of cells.
 
-    It takes the cells of status RUNNING, films at rest.
+    Every cell of status RUNNING to the instability, where its results are written, or to the field at which it is held,
+    where ``reached`` (REACHED, cells) says how. ``target_of(film, cell, p)`` is e - e_t there.
     """
-    method = make_explicit(TABLEAUS["dop853"], AT_REST)
+    method = make_explicit(TABLEAUS["dop853"], UNDER_LOAD)
     climb_of_cells = make_climb_of_cells(method, make_give(target_of), lanes)
+    creep_of_cells = creep.make_creep(TABLEAUS["dop853"], lanes)
+
+    @device
+    def creep_first(film, field, rate, modulus_ratio, start, sigma, rtol, status, starts, reached):
+        """Take the films that creep, unless they enter the slow manifold, to where the scalar equation serves."""
+        films = np.empty((creep.CREEP, status.size))
+        for cell in range(status.size):
+            p = modulus_ratio[cell] - 1.0
+            held = target_of(film, cell, p) < math.inf
+            end = field[cell] if held else film[FIELD_I, cell]
+            ceiling = max(_ceiling(film, cell, p, 1.0 / start[cell]), 0.5 * end / rate[cell])
+            tolerance = CREEP_SHARE * min(rtol, CREEP_RTOL) * (min(1.0, ceiling) if held else 1.0)
+            _begin_to_creep(film, cell, films, p, start[cell], sigma[cell], rate[cell], end, tolerance)
+            from_start = starts[FIRST_V, cell] == 0.0 and not is_at_rest(start[cell], sigma[cell])
+            if status[cell] == RUNNING and from_start:
+                status[cell] = creep.CREEPS
+        creep_of_cells(films, rtol, status)
+        for cell in range(status.size):
+            if starts[FIRST_V, cell] == 0.0 and not is_at_rest(start[cell], sigma[cell]):
+                _after_creep(film, cell, films, starts, rtol, reached)
 
     @device
     def rise(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result):
         starts = np.empty((STARTS, status.size))
-        risen = np.empty((len(lane.REACHED), status.size))
+        risen = np.full((len(lane.REACHED), status.size), math.nan)
         damping = damping_of(rtol)
+        fresh = 0
         for cell in range(status.size):
-            start_of(film, cell, starts, modulus_ratio[cell] - 1.0, start[cell], sigma[cell], rate[cell], damping)
+            starts[REST, cell] = start[cell]
+            fresh += not is_at_rest(start[cell], sigma[cell])
+        if fresh > 0:
+            for cell in range(status.size):
+                w_t = film[W_T, cell]
+                rest = 1.0 / (w_t + stable_side(film[LOAD_T, cell], w_t, 1.0, 1.0, sigma[cell]))
+                starts[REST, cell] = start[cell] if is_at_rest(start[cell], sigma[cell]) else rest
+        for cell in range(status.size):
+            p = modulus_ratio[cell] - 1.0
+            start_of(film, cell, starts, p, sigma[cell], rate[cell], target_of(film, cell, p), damping)
+        if fresh > 0:
+            creep_first(film, field, rate, modulus_ratio, start, sigma, rtol, status, starts, reached)
         climb_of_cells((film, starts, field, rate, modulus_ratio, start), SHARE * rtol, status, risen)
         for cell in range(status.size):
             p = modulus_ratio[cell] - 1.0
             if status[cell] == FAILED:
-                status[cell] = read_failure(risen, cell, film, p, start[cell], sigma[cell], rate[cell], result)
-            elif status[cell] == AT_END:
-                read_end(risen, cell, film, start[cell], reached)
+                status[cell] = read_failure(risen, cell, film, starts, p, sigma[cell], rate[cell], result)
+            elif status[cell] == AT_END and risen[lane.REACHED_V, cell] >= 0.0:  # else it was reached while creeping
+                read_end(risen, cell, film, starts, reached)
 
     return rise

@@ -10,7 +10,6 @@ from .._jit import Kernel, device
 from ..hold import quadrature
 from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from ..programs import Program
-from ..runge_kutta.tableaus import TABLEAUS
 from ..sweep import (
     CRITICAL_FIELD,
     CRITICAL_INTERNAL_STRETCH,
@@ -20,7 +19,7 @@ from ..sweep import (
     RESULTS,
     TIME_TO_FAILURE,
 )
-from . import climb, hold, near_instant, rise
+from . import hold, near_instant, rise
 from .film import (
     FIELD_I,
     FIELD_T,
@@ -40,10 +39,6 @@ from .film import (
 
 # Eight nodes: the estimate of fewer may fall short of the error of a fresh film, and nodes are cheap here.
 LOWEST_RULE = 2
-# Of a film that hardly relaxes, p, the error of the hold after a ramp is known to this tolerance only: measured against
-# results at a tolerance of 1e-12, where it exceeded 1e-10 up to 7 times for p below 1e-8.
-HARDLY_RELAXES = 1e-6
-SMALLEST_THEN = 1e-9
 # Types of the arguments of a sweep.
 SIGNATURE = "float64[::1], float64[::1], float64[::1], float64[::1], float64[::1], float64, int8[::1], float64[:, :]"
 
@@ -213,52 +208,26 @@ def _up_to_hold(film, cell, p):
     return film[GAP_T, cell]
 
 
-def make_take_up(target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
-    """Make ``take_up(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result)``.
-
-    Films at rest take the form of one state, the others that of three. Arguments as `climb.make_climb` says.
-    """
-    at_rest = rise.make_rise(target_of, lanes)
-    creeping = climb.make_climb(TABLEAUS["dop853"], target_of, lanes)
-
-    @device
-    def take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result):
-        resting, creeps = 0, 0
-        for cell in range(status.size):
-            if status[cell] == RUNNING:
-                if rise.is_at_rest(start[cell], sigma[cell]):
-                    resting += 1
-                else:
-                    status[cell] = climb.CREEPS
-                    creeps += 1
-        if resting > 0:
-            at_rest(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
-        if creeps > 0:
-            creeping(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
-
-    return take_up
-
-
 def make_solve_ramp(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field that rises without end."""
-    take_up = make_take_up(_without_end, lanes)
+    rising = rise.make_rise(_without_end, lanes)
 
     @device
     def solve_ramp(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
-        reached = np.empty((climb.REACHED, status.size))
-        take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        reached = np.empty((rise.REACHED, status.size))
+        rising(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
 
     return solve_ramp
 
 
 def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field that rises, then holds."""
-    take_up = make_take_up(_up_to_hold, lanes)
+    rising = rise.make_rise(_up_to_hold, lanes)
 
     @device
     def solve_ramp_hold(film, field, rate, modulus_ratio, start, sigma, tolerance, status, result):
-        reached = np.empty((climb.REACHED, status.size))
-        take_up(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
+        reached = np.empty((rise.REACHED, status.size))
+        rising(film, field, rate, modulus_ratio, start, sigma, tolerance, status, reached, result)
         w = np.ones((BLOCK, lanes))
         rule = np.empty(lanes, np.int64)
         cells = np.empty(lanes, np.int64)
@@ -268,8 +237,8 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
                 cell = cells[i]
                 p = modulus_ratio[cell] - 1.0
                 give(w, i, film, cell, field[cell], p, start[cell], sigma[cell])
-                a = 1.0 / reached[climb.REACHED_R, cell]
-                guess = reached[climb.REACHED_D, cell]
+                a = 1.0 / reached[rise.REACHED_R, cell]
+                guess = reached[rise.REACHED_D, cell]
                 w[INVERSE, i] = a
                 w[FIRST, i] = equilibrium_d(p, a, film[W_T, cell], sigma[cell], film[GAP_T, cell], guess)
                 w[quadrature.BEFORE, i] = field[cell] / rate[cell]
@@ -280,10 +249,9 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
                 cell = cells[i]
                 status[cell] = read_hold(w, i, field[cell], cell, result)
                 # Where all is over at once after a fast ramp, the rounding of r counts.
-                rounding = reached[climb.REACHED_ROUNDING, cell]
+                rounding = reached[rise.REACHED_ROUNDING, cell]
                 lost = rounding > tolerance * w[quadrature.TIME, i] + tolerance * (field[cell] / rate[cell])
-                p = modulus_ratio[cell] - 1.0
-                if lost or (tolerance < SMALLEST_THEN and 0.0 < p < HARDLY_RELAXES):
+                if lost:
                     status[cell] = BUDGET_SPENT
             count, following = next_cells(status, following, AT_END, cells)
 

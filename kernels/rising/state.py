@@ -41,8 +41,9 @@ FIELD = 24  # at which to stop, in Ec
 SHAPE = 25  # of a film under a dead load: (w_p)**6, and w_t/w_p
 TOP = 26
 LANDING = 27  # share of the accuracy asked to which an event is met, where the solution bends sharply next to it
+OFFSET = 28  # of a film under a dead load: v**2 less the strain
 # and the derivatives, one row a stage, the one at the new state last.
-SLOPES = 28
+SLOPES = 29
 
 # What is left of a lane when it is done: rows of the result of a climb.
 REACHED = (V, Y, SLOPES, STEP, LOAD_EXCESS)
