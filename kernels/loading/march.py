@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit import device
+from ..elementary import exponential
 from ..model import CRITICAL_LOAD, instant_gap
 from ..runge_kutta.tableaus import DOP853, Row
 from .law import Law
@@ -272,7 +273,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
 
             growing = 0.5 * length * (w[GROWTH, i] + growth)
-            grown = np.exp(min(growing, 100.0))
+            grown = exponential(min(growing, 100.0))
             carried = w[ERROR, i] * grown + estimate * scale
             # Of the sum y, of F, and of r in F.
             parts = y * y + 4.0 * (change - abs(y)) * (change - abs(y)) + r * r * min(1.0, growing * growing)
