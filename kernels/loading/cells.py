@@ -136,8 +136,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     field_in, field_rate = waves.field, waves.rate
 
     @device
-    def set_out(kept, cell, r, field, first, until, tightness, resolution):
-        """Set a passage at the beginning of a piece, after a field."""
+    def set_out(kept, cell, r, field, first, until, tightness, resolution, smallest):
+        """Set a passage at the beginning of a piece, after a field; ``smallest``: with the smallest stretch."""
         for row in range(KEPT):
             kept[row, cell] = 0.0
         kept[PIECE, cell] = first
@@ -148,12 +148,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[TIGHTNESS, cell] = tightness
         kept[RESOLUTION, cell] = resolution
         kept[LEAST, cell] = math.inf
+        kept[MOST, cell] = 0.0 if smallest else math.inf
         kept[HELD, cell] = -1.0
 
     @device
-    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution):
+    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution, smallest):
         """Set a passage of a cell at the beginning of a cycle that is not the first one."""
-        set_out(kept, passage, r, field, once, until, tightness, resolution)
+        set_out(kept, passage, r, field, once, until, tightness, resolution, smallest)
         kept[STEP, passage] = notes[USUAL_STEP, cell]
         kept[SCALE, passage] = notes[USUAL_CHANGE, cell]
 
@@ -166,14 +167,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[NEXT_SAMPLING, cell] = BEFORE_MANY
         notes[LARGEST, cell] = math.inf
         notes[FAILING, cell] = math.inf
-        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution)
+        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution, False)
 
     @device
     def go_back(kept, notes, cell, field, once, pieces, resolution):
         """Go on cycling from where a search left."""
         notes[PURPOSE, cell] = CYCLING
         set_cycle(
-            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution
+            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution, False
         )
         kept[ERROR, cell] = notes[RETURN_ERROR, cell]
         kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
@@ -357,7 +358,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                         for j in range(NODES):
                             r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
-                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], math.inf, False)
                             state[used] = READY
                             cells[used] = cell
                             used += 1
@@ -405,6 +406,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             pieces,
                             kept[TIGHTNESS, cell],
                             resolution,
+                            True,
                         )
                         state[cell] = READY
                     elif notes[PURPOSE, cell] == CYCLING:
@@ -522,7 +524,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[TRIED, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
-                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution, True)
                             state[cell] = READY
                         elif (
                             steady
@@ -558,7 +560,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         elif notes[TRIED, cell] < 4.0:
                             notes[TRIED, cell] += 1.0
                             beside = notes[LAST_R, cell] + 8.0 * (start - notes[LAST_R, cell])
-                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                         else:
                             vain = True
@@ -578,14 +580,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
                             beside = max(following, start) + 4.0 * noise / -slope
-                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                         elif notes[ITERATION, cell] >= ITERATIONS:
                             vain = True
                         else:
                             if notes[PROVED, cell] == 0.0:
                                 following = max(following, notes[RETURN_R, cell])
-                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                     if vain and purpose == PROVING:
                         # There is a fixed point, too close to failure for these errors.

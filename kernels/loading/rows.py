@@ -31,7 +31,7 @@ RESOLUTION = 17  # relative error allowed in extremes of the unknown
 ROUNDING = 18  # variance of r by rounding so far, carried on like ERROR
 UNTIL = 19  # piece before which the passage ends
 SCALE = 20  # least change of r to which errors are relative: that of the cycle before
-FIRST_STEP = 21  # first step accepted
+FIRST_STEP = 21  # that follows from the error of the first step accepted
 PENDING = 22  # the same where the film last came closer: counts as soon as it gets past
 KEPT = 23
 
@@ -55,4 +55,6 @@ DURATION = 38
 NEW_X = 39
 LAST_LENGTH = 40  # of the step accepted before, and the eighth root of its error over the one allowed
 LAST_ROOT = 41
-SLOPES = 42  # dr/dT, one row a stage, the one at the new state last
+TURN = 42  # a step of length s lasts s (1 + TURN s)
+FLOW = 43  # dr/dT at the new state
+SLOPES = 44  # dr/ds, one row a stage, the one at the new state last
