@@ -14,8 +14,8 @@ from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
 from .cycles import CHANGE, NODES, POINTS, advance, evaluate, fit
 from .finish import make_finish
-from .held import make_time_held
-from .law import ELASTIC, Law
+from .held import make_hold
+from .law import Law
 from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
@@ -39,6 +39,7 @@ from .rows import (
     FIRST_STEP,
     GAIN,
     HELD,
+    HOLDS,
     JUMPED,
     KEPT,
     LEAST,
@@ -90,9 +91,6 @@ ROOM = 64 * NODES
 BEFORE_MANY = 8
 # Cycles that a range must hold to be worth its passages.
 WORTH = 1.5 * NODES
-# Part of the load held at the end by which it exceeds the largest of a relaxed film, up to which the time to failure is
-# an integral.
-SLOWLY = 0.1
 # Part of the way to an r whose cycle is not survived that a range of r may take.
 ROOM_BELOW = 0.9
 # Error of the number of cycles allowed in one range.
@@ -130,9 +128,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     """Make the compiled sweep of general loading programs; see the package for its arguments."""
     march = make_march(law, waves, lanes)
     finish = make_finish(law, waves, lanes)
-    time_held = make_time_held(law)
+    hold = make_hold(law, lanes)
     critical, load, stretch, relaxed_at, ends = law.critical, law.load, law.stretch, law.relaxed_at, law.ends
-    start_at, flow, surplus = law.begin, law.flow, law.excess
+    surplus = law.excess
     field_in, field_rate = waves.field, waves.rate
 
     @device
@@ -339,6 +337,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes = np.empty((NOTES, count))
         values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
+        holding = 2.0 if repeats == 1 else 1.0  # a film that fails in a later cycle outlasts the holds before
         for cell in range(count):
             cells[cell] = cell
             status[cell] = RUNNING
@@ -363,13 +362,17 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             cells[used] = cell
                             used += 1
             while True:
-                march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
-                near = 0
+                march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept, holding)
+                near, holds = 0, 0
                 for passage in range(used):
                     near += state[passage] == NEAR
-                if near == 0:
+                    holds += state[passage] == HOLDS
+                if near == 0 and holds == 0:
                     break
-                finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
+                if near > 0:
+                    finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
+                if holds > 0:
+                    hold(scale, source, columns, p, dead_load, cells[:used], state[:used], kept, tolerance)
             running = 0
             for cell in range(count):
                 if status[cell] != RUNNING:
@@ -442,50 +445,19 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         held = abs(E)
                         top = critical(1.0, 0.0, sigma)
                         gap = surplus(sigma, held, top)
-                        e = CRITICAL_LOAD * held * held
                         carried = gap <= 0.0
-                        stable, unstable = relaxed_at(sigma, held, top)
-                        ratio = stretch(unstable)
-                        turning = ratio * ratio
                         excess = kept[DOUBT, cell] / DOUBTFUL
+                        stable, turning = 0.0, 0.0
                         if carried:
+                            stable, unstable = relaxed_at(sigma, held, top)
+                            ratio = stretch(unstable)
+                            turning = ratio * ratio
                             error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
                             excess = max(excess, 3.0 * error / abs(turning - r))
                         if carried and (r <= turning or p[cell] == 0.0):
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
-                        elif not carried and gap <= SLOWLY * e and p[cell] > ELASTIC:
-                            # It fails slowly under the load held.
-                            notes[COMPLETED, cell] -= 1.0
-                            x = start_at(r, p[cell], sigma, held)
-                            error = total_error(kept[ERROR, cell], kept[ROUNDING, cell]) + EPSILON * r
-                            time, reached, missed = time_held(x, p[cell], sigma, held, top, 0.1 * tolerance)
-                            kept[TIME_ERROR, cell] = missed * time + error / flow(r, p[cell], x, held)
-                            kept[ERROR, cell] = 16.0 * EPSILON * reached
-                            kept[HELD, cell] = held
-                            kept[T, cell] = time
-                            kept[Y, cell] = reached - kept[BASE, cell]
-                            excess = max(
-                                excess,
-                                write_failure(
-                                    kind,
-                                    scale,
-                                    source,
-                                    columns,
-                                    kept,
-                                    notes,
-                                    p,
-                                    dead_load,
-                                    tolerance,
-                                    FELL,
-                                    cell,
-                                    result,
-                                ),
-                            )
-                            verdict = FAILED
-                            if repeats != 1:  # all repetitions are completed, the last one counted here again
-                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell] + 1.0
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0

@@ -17,7 +17,7 @@ from .._jit import device
 from ..elementary import exponential
 from ..model import CRITICAL_LOAD, instant_gap
 from ..runge_kutta.tableaus import DOP853, Row
-from .law import Law
+from .law import ELASTIC, Law
 from .pieces import Waves, describe, field_at_end
 from .rows import (
     AMPLITUDE,
@@ -36,6 +36,8 @@ from .rows import (
     GAIN,
     GROWTH,
     HELD,
+    HOLDING,
+    HOLDS,
     JUMPED,
     KEPT,
     LAST_LENGTH,
@@ -469,6 +471,10 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
             w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
             if w[SLOPES, i] == 0.0 and w[SLOPE, i] != 0.0:
                 w[SCALE, i] = expected_change(w, i)
+        asked = w[HOLDING, i] > (0.0 if w[DURATION, i] == math.inf else 1.0)
+        held = w[SLOPE, i] == 0.0 and w[AMPLITUDE, i] == 0.0 and w[P, i] > ELASTIC
+        if asked and held and (abs(E) > 1.0 or w[SIGMA, i] > 0.0):
+            return HOLDS
         return READY
 
     @device
@@ -502,21 +508,23 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
 
 
 def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
-    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept)``.
+    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept, holding)``.
 
     Every passage (column of ``kept`` (KEPT, passages), of the cell ``cells[passage]``) whose status is READY goes on
-    until it is NEAR the instability, has ENDED, JUMPED beyond what the film carries, or is SPENT.
+    until it is NEAR the instability, HOLDS, has ENDED, JUMPED beyond what the film carries, or is SPENT. ``holding`` is
+    what HOLDING says.
     """
     attempt, judge, take, go_on = make_passage(law, waves, True)
 
     @device
-    def march(kind, scale, source, columns, p, sigma, cells, status, kept):
+    def march(kind, scale, source, columns, p, sigma, cells, status, kept, holding):
         w = np.zeros((ROWS, lanes))
         held = np.empty(lanes, np.int64)
         for i in range(lanes):
             held[i] = VACANT
             w[BASE, i] = 1.0
             w[X, i] = 1.0
+            w[HOLDING, i] = holding
         following, busy, events = 0, 0, lanes
         while True:
             for i in range(lanes if events > 0 else 0):

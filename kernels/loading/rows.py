@@ -8,6 +8,7 @@ FELL = 3  # at the instability
 JUMPED = 4  # met a jump to more than the film carries
 SPENT = 5  # its attempts are used up
 WAITING = 6  # for other passages of its cell
+HOLDS = 7  # at the start of a held field under which it may fail: an integral, see held.py
 
 # What is kept, one row each; a passage goes once through the pieces.
 PIECE = 0
@@ -57,4 +58,5 @@ LAST_LENGTH = 40  # of the step accepted before, and the eighth root of its erro
 LAST_ROOT = 41
 TURN = 42  # a step of length s lasts s (1 + TURN s)
 FLOW = 43  # dr/dT at the new state
-SLOPES = 44  # dr/ds, one row a stage, the one at the new state last
+HOLDING = 44  # whether the time to failure under a held field is asked for: 0 no, 1 of one without end, 2 of any
+SLOPES = 45  # dr/ds, one row a stage, the one at the new state last
