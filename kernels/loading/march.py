@@ -344,7 +344,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
             ahead = AHEAD * w[STEP, i] if settled else 4.0 * length
             close = (w[Q, i] < 0.0) & (w[D, i] < w[BARRED, i]) & (distance < min(ahead, WITHIN * remaining))
-            w[TURN, i] = 0.5 * w[Q, i] / (w[D, i] * w[D, i]) if bent & (w[AMPLITUDE, i] == 0.0) else 0.0
+            w[TURN, i] = 0.5 * w[Q, i] / (w[D, i] * w[D, i]) if bent & (w[SLOPE, i] != 0.0) else 0.0
             w[COUNT, i] += 1.0
             spent = (w[COUNT, i] >= ATTEMPTS) | (not (length > max(1e-15 * w[T, i], 1e-250)))
             met = PIECE_DONE if done else (CLOSE if close else (TOO_MANY if spent else NOTHING))
@@ -431,7 +431,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         w[Q, i] = q
         w[GROWTH, i] = growth
         w[RATE_OF_X, i] = rate_of_x
-        w[TURN, i] = 0.5 * q / (d * d) if bent and w[AMPLITUDE, i] == 0.0 else 0.0
+        w[TURN, i] = 0.5 * q / (d * d) if bent and w[SLOPE, i] != 0.0 else 0.0
         w[PENDING, i] = total_error(w[ERROR, i], w[ROUNDING, i]) * fragility / (d * d)
 
     @device
