@@ -333,8 +333,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         p = modulus_ratio - 1.0
         cells = np.empty(count + room, np.int64)
         state = np.empty(count + room, np.int8)
-        kept = np.empty((KEPT, count + room))
-        notes = np.empty((NOTES, count))
+        kept = np.empty((count + room, KEPT)).T  # what is known of a passage lies together
+        notes = np.empty((count, NOTES)).T
         values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
         holding = 2.0 if repeats == 1 else 1.0  # a film that fails in a later cycle outlasts the holds before
