@@ -172,7 +172,17 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         """Go on cycling from where a search left."""
         notes[PURPOSE, cell] = CYCLING
         set_cycle(
-            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution, False
+            kept,
+            notes,
+            cell,
+            cell,
+            notes[RETURN_R, cell],
+            field,
+            once,
+            pieces,
+            kept[TIGHTNESS, cell],
+            resolution,
+            False,
         )
         kept[ERROR, cell] = notes[RETURN_ERROR, cell]
         kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
@@ -357,7 +367,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                         for j in range(NODES):
                             r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
-                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], math.inf, False)
+                            set_cycle(
+                                kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], math.inf, False
+                            )
                             state[used] = READY
                             cells[used] = cell
                             used += 1
@@ -496,7 +508,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[TRIED, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
-                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution, True)
+                            set_cycle(
+                                kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution, True
+                            )
                             state[cell] = READY
                         elif (
                             steady

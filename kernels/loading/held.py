@@ -1,8 +1,8 @@
 """A load held until the film fails: the time as an integral without poles, for a block of lanes.
 
 Under a load held the state at the failure and the time to it follow from the state at the start alone. They are those
-of `hold/quadrature.py` without a dead load and of `dead_load/hold.py` with one; what is estimated here is by how much an
-error of the state at the start, and rounding, change the time.
+of `hold/quadrature.py` without a dead load and of `dead_load/hold.py` with one; what is estimated here is by how much
+an error of the state at the start, and rounding, change the time.
 """
 
 import math
@@ -149,8 +149,10 @@ def make_hold(law: Law, lanes: int) -> Callable[..., Any]:
             for i in range(lanes):
                 passage = held[i]
                 piece = np.int64(kept[PIECE, passage])
-                E = abs(argument(scale, source, columns, piece, 0, cells[passage]) if piece < scale.shape[0] else 0.0)
-                fields[i] = E if piece < scale.shape[0] else kept[HELD, passage]
+                if piece < scale.shape[0]:
+                    fields[i] = abs(argument(scale, source, columns, piece, 0, cells[passage]))
+                else:
+                    fields[i] = kept[HELD, passage]
             for i in range(lanes):
                 passage = held[i]
                 cell = cells[passage]

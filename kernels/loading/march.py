@@ -87,7 +87,7 @@ NOTHING, PIECE_DONE, CLOSE, TOO_MANY = 0.0, 1.0, 2.0, 3.0
 VACANT = -1
 
 # Steps to the instability, by the tangent of D**2, below which stiffness becomes the variable.
-AHEAD = 3.0
+AHEAD = 2.0
 # The same, over what is left of the piece, above which the film is taken to outlast it: the tangent is above the curve
 # where the load rises, and what it misses a step in time finds.
 WITHIN = 1.0
@@ -180,7 +180,9 @@ def _make_attempt(law: Law, waves: Waves) -> Callable[..., Any]:
                 y = w[Y, i] + length * w[NEW, i]
                 r = w[BASE, i] + y
                 s = node * length
-                E = field(w[T, i] + s * (1.0 + w[TURN, i] * s), w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+                E = field(
+                    w[T, i] + s * (1.0 + w[TURN, i] * s), w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i]
+                )
                 guess = w[X, i] + ratio * (w[NEW_X, i] - w[X, i])
                 x, bad = settle(r, w[P, i], w[SIGMA, i], E, guess)
                 w[BAD, i] += bad
@@ -281,7 +283,9 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             )
             margin = 1.0 + w[RESOLUTION, i]
             extreme = (between * margin < min(x0, x, w[LEAST, i])) | (between > margin * max(x0, x, w[MOST, i]))
-            extreme = good & (not missed) & (w[RATE_OF_X, i] * rate_of_x < 0.0) & (share > 0.0) & (share < 1.0) & extreme
+            extreme = (
+                good & (not missed) & (w[RATE_OF_X, i] * rate_of_x < 0.0) & (share > 0.0) & (share < 1.0) & extreme
+            )
             accepted = good & (not missed) & (not extreme)
 
             root = eighth_root(relative)
