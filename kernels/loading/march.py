@@ -96,8 +96,9 @@ SHORT_OF = 0.45
 # Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
 AT_REST = 1e-8
 RELAXATIONS = 40.0
-# Ratio of D**2 at both ends of a step below which it is next to the instability.
-UNEVEN = 0.1
+# Ratio of D**2 at both ends of a step, and of the least within it to those, below which it is next to the instability.
+UNEVEN = 0.2
+DIP = 0.8
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
@@ -259,17 +260,20 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             load_rate = 2.0 * CRITICAL_LOAD * E * rate
             d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
             s0, s1 = w[D, i] * w[D, i], d * d
+            # The tangents of D**2 at both ends, and where they meet.
+            m0, m1 = 2.0 * lasts * w[Q, i], 2.0 * lasts * q
+            meet = (s1 - s0 - m1) / (m0 - m1)
+            turned = (m0 < 0.0) & (m1 > 0.0)
+            lowest = s0 + m0 * meet if turned else min(s0, s1)
             # Next to the instability the solution is not smooth: no power of the estimate follows the error.
-            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1)
+            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1) & (lowest >= DIP * min(s0, s1))
             estimate = fine if smooth else rough
             relative = estimate * w[TIGHTNESS, i]
             settled = w[BAD, i] == 0.0
             good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
 
-            # The tangents of D**2 at both ends: where they meet below zero, the film may have failed in between.
-            m0, m1 = 2.0 * lasts * w[Q, i], 2.0 * lasts * q
-            meet = (s1 - s0 - m1) / (m0 - m1)
-            missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
+            # Where the tangents meet below zero, the film may have failed in between.
+            missed = good & turned & (lowest <= 0.0)
             # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
             x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * pace * rate_of_x
             second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
