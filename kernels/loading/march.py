@@ -375,12 +375,17 @@ class Passage(NamedTuple):
         status.
     go_on : callable
         ``go_on(kind, scale, source, columns, cell, w, i)`` from the end of a piece to the next; the status.
+    put, leave, enter : callable
+        What the last two consist of, to be compiled once.
     """
 
     attempt: Callable[..., Any]
     judge: Callable[..., Any]
     take: Callable[..., Any]
     go_on: Callable[..., Any]
+    put: Callable[..., Any]
+    leave: Callable[..., Any]
+    enter: Callable[..., Any]
 
 
 def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
@@ -455,23 +460,28 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         return min(LARGEST_CHANGE * r, abs(plain_flow(r, x)) * lasts / 3.0)
 
     @device
-    def enter(kind, scale, source, columns, cell, w, i, E):
-        """Begin a piece, and those of no duration before it, after the field E; the status of the passage."""
+    def enter(kind, scale, source, columns, cell, w, i, E, fresh):
+        """Begin a piece, and those of no duration before it, after the field E; the status of the passage.
+
+        ``fresh`` says whether the unknown is not yet that of any field.
+        """
         w[T, i] = 0.0
+        at_end = False
         while True:
-            if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
-                return ENDED
-            set_piece(kind, scale, source, columns, cell, w, i)
-            if w[START, i] != E and not jump(w, i, w[START, i]):
+            if not at_end:
+                if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
+                    return ENDED
+                set_piece(kind, scale, source, columns, cell, w, i)
+            target = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell) if at_end else w[START, i]
+            if (fresh or target != E) and not jump(w, i, target):
                 return JUMPED
-            E = w[START, i]
-            if w[DURATION, i] > 0.0:
+            fresh = False
+            E = target
+            if at_end:
+                w[PIECE, i] += 1.0
+            elif w[DURATION, i] > 0.0:
                 break
-            end = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
-            if end != E and not jump(w, i, end):
-                return JUMPED
-            E = end
-            w[PIECE, i] += 1.0
+            at_end = not at_end
         w[BARRED, i] = math.inf
         w[LAST_LENGTH, i] = 0.0
         look(w, i)
@@ -486,33 +496,41 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         return READY
 
     @device
-    def take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
-        """Put a passage into a lane; its status."""
+    def put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+        """Put a passage into a lane; whether it is about to enter its piece."""
         for row in range(KEPT):
             w[row, i] = kept[row, passage]
         cell = cells[passage]
         w[P, i] = p[cell]
         w[SIGMA, i] = sigma[cell]
-        if w[T, i] < 0.0:  # about to enter its piece, from the field HELD in X
-            E = w[X, i]
-            if jump(w, i, E):
-                return enter(kind, scale, source, columns, cell, w, i, E)
-            w[T, i] = 0.0
-            return JUMPED
+        if w[T, i] < 0.0:
+            return True
         w[LAST_LENGTH, i] = 0.0
         set_piece(kind, scale, source, columns, cell, w, i)
         look(w, i)
-        return READY
+        return False
 
     @device
-    def go_on(kind, scale, source, columns, cell, w, i):
+    def leave(kind, scale, source, columns, cell, w, i):
+        """Leave a piece; the field at its end."""
         E = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
         w[DOUBT, i] = max(w[DOUBT, i], w[PENDING, i])
         w[OFFSET, i] += w[DURATION, i]
         w[PIECE, i] += 1.0
-        return enter(kind, scale, source, columns, cell, w, i, E)
+        return E
 
-    return Passage(_make_attempt(law, waves), _make_judge(law, waves, bent), take, go_on)
+    @device
+    def take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+        if put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+            return enter(kind, scale, source, columns, cells[passage], w, i, w[X, i], True)
+        return READY
+
+    @device
+    def go_on(kind, scale, source, columns, cell, w, i):
+        E = leave(kind, scale, source, columns, cell, w, i)
+        return enter(kind, scale, source, columns, cell, w, i, E, False)
+
+    return Passage(_make_attempt(law, waves), _make_judge(law, waves, bent), take, go_on, put, leave, enter)
 
 
 def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
@@ -522,7 +540,7 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     until it is NEAR the instability, HOLDS, has ENDED, JUMPED beyond what the film carries, or is SPENT. ``holding`` is
     what HOLDING says.
     """
-    attempt, judge, take, go_on = make_passage(law, waves, True)
+    attempt, judge, _, _, put, leave, enter = make_passage(law, waves, True)
 
     @device
     def march(kind, scale, source, columns, p, sigma, cells, status, kept, holding):
@@ -536,13 +554,32 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         following, busy, events = 0, 0, lanes
         while True:
             for i in range(lanes if events > 0 else 0):
-                passage = held[i]
-                if passage != VACANT and w[EVENT, i] != NOTHING:
-                    state = READY
-                    if w[EVENT, i] == PIECE_DONE:
-                        state = go_on(kind, scale, source, columns, cells[passage], w, i)
+                while True:
+                    passage = held[i]
+                    E, enters, fresh, state = 0.0, False, False, READY
+                    if passage != VACANT:
+                        if w[EVENT, i] == NOTHING:
+                            break
+                        enters = w[EVENT, i] == PIECE_DONE
+                        if enters:
+                            E = leave(kind, scale, source, columns, cells[passage], w, i)
+                        else:
+                            state = NEAR if w[EVENT, i] == CLOSE else SPENT
+                        w[EVENT, i] = NOTHING
                     else:
-                        state = NEAR if w[EVENT, i] == CLOSE else SPENT
+                        while following < status.size and status[following] != READY:
+                            following += 1
+                        if following == status.size:
+                            break
+                        passage = following
+                        following += 1
+                        held[i] = passage
+                        busy += 1
+                        w[EVENT, i] = NOTHING
+                        enters = put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage)
+                        E, fresh = w[X, i], True
+                    if enters:
+                        state = enter(kind, scale, source, columns, cells[passage], w, i, E, fresh)
                     if state != READY:
                         for row in range(KEPT):
                             kept[row, passage] = w[row, i]
@@ -550,17 +587,6 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                         held[i] = VACANT
                         w[TRIAL, i] = 0.0
                         busy -= 1
-                while held[i] == VACANT and following < status.size:
-                    if status[following] == READY:
-                        state = take(kind, scale, source, columns, p, sigma, cells, kept, w, i, following)
-                        if state == READY:
-                            held[i] = following
-                            busy += 1
-                        else:
-                            for row in range(KEPT):
-                                kept[row, following] = w[row, i]
-                            status[following] = state
-                    following += 1
             if busy == 0:
                 return
             for i in range(lanes):
