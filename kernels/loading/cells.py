@@ -78,6 +78,8 @@ SAMPLING = 3  # several, from points of a range of r: many cycles from few
 # Share of the error allowed in a result that a step may take, at first.
 SHARE = 0.3
 LARGEST_TIGHTNESS = 1e16
+# The error allowed in a result above which steps are no longer: measured, they are not fewer, and estimates are worse.
+LOOSEST = 1e-4
 # Doubt from which on whether a film got past the instability is not decided.
 DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
@@ -354,7 +356,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             for row in range(RESULTS):
                 result[row, cell] = math.nan
             r = start_stretch[cell] * start_stretch[cell]
-            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * tolerance), resolution)
+            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * min(tolerance, LOOSEST)), resolution)
             state[cell] = READY
         while True:
             used = count

@@ -99,6 +99,8 @@ RELAXATIONS = 40.0
 # Ratio of D**2 at both ends of a step, and of the least within it to those, below which it is next to the instability.
 UNEVEN = 0.2
 DIP = 0.8
+# Relaxation times in a step beyond which it is next to its limit of stability, and the error does not follow either.
+STIFF = 4.0
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
@@ -267,7 +269,11 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             lowest = s0 + m0 * meet if turned else min(s0, s1)
             # Next to the instability the solution is not smooth: no power of the estimate follows the error.
             smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1) & (lowest >= DIP * min(s0, s1))
-            estimate = fine if smooth else rough
+            growing = 0.5 * length * (w[GROWTH, i] + pace * growth)
+            grown = exponential(min(growing, 100.0))
+            estimate = fine if smooth & (growing > -STIFF) else rough
+            # An error made within the step has grown at its end, and where it grows much the estimates fall behind.
+            estimate = estimate * grown if growing > 1.0 else estimate
             relative = estimate * w[TIGHTNESS, i]
             settled = w[BAD, i] == 0.0
             good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
@@ -309,8 +315,6 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
             w[FIRST_STEP, i] = proposed if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
 
-            growing = 0.5 * length * (w[GROWTH, i] + pace * growth)
-            grown = exponential(min(growing, 100.0))
             carried = w[ERROR, i] * grown + estimate * scale
             # Of the sum y, of F, and of r in F.
             parts = y * y + 4.0 * (change - abs(y)) * (change - abs(y)) + r * r * min(1.0, growing * growing)
@@ -320,7 +324,6 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             w[GAIN, i] += growing if accepted else 0.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
             # Of one within the step the distance is at least that where the tangents meet.
-            turned = (m0 < 0.0) & (m1 > 0.0)
             nearest = min(s0 + m0 * meet, s1) if turned else s1
             doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
