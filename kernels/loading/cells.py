@@ -14,8 +14,8 @@ from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
 from .cycles import CHANGE, NODES, POINTS, advance, evaluate, fit
 from .finish import make_finish
-from .held import make_time_held
-from .law import ELASTIC, Law
+from .held import make_hold
+from .law import Law
 from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
@@ -39,6 +39,7 @@ from .rows import (
     FIRST_STEP,
     GAIN,
     HELD,
+    HOLDS,
     JUMPED,
     KEPT,
     LEAST,
@@ -77,6 +78,8 @@ SAMPLING = 3  # several, from points of a range of r: many cycles from few
 # Share of the error allowed in a result that a step may take, at first.
 SHARE = 0.3
 LARGEST_TIGHTNESS = 1e16
+# The error allowed in a result above which steps are no longer: measured, they are not fewer, and estimates are worse.
+LOOSEST = 1e-4
 # Doubt from which on whether a film got past the instability is not decided.
 DOUBTFUL = 0.25
 # Iterations towards a fixed point before cycling goes on.
@@ -90,9 +93,6 @@ ROOM = 64 * NODES
 BEFORE_MANY = 8
 # Cycles that a range must hold to be worth its passages.
 WORTH = 1.5 * NODES
-# Part of the load held at the end by which it exceeds the largest of a relaxed film, up to which the time to failure is
-# an integral.
-SLOWLY = 0.1
 # Part of the way to an r whose cycle is not survived that a range of r may take.
 ROOM_BELOW = 0.9
 # Error of the number of cycles allowed in one range.
@@ -130,14 +130,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     """Make the compiled sweep of general loading programs; see the package for its arguments."""
     march = make_march(law, waves, lanes)
     finish = make_finish(law, waves, lanes)
-    time_held = make_time_held(law)
+    hold = make_hold(law, lanes)
     critical, load, stretch, relaxed_at, ends = law.critical, law.load, law.stretch, law.relaxed_at, law.ends
-    start_at, flow, surplus = law.begin, law.flow, law.excess
+    surplus = law.excess
     field_in, field_rate = waves.field, waves.rate
 
     @device
-    def set_out(kept, cell, r, field, first, until, tightness, resolution):
-        """Set a passage at the beginning of a piece, after a field."""
+    def set_out(kept, cell, r, field, first, until, tightness, resolution, smallest):
+        """Set a passage at the beginning of a piece, after a field; ``smallest``: with the smallest stretch."""
         for row in range(KEPT):
             kept[row, cell] = 0.0
         kept[PIECE, cell] = first
@@ -148,12 +148,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[TIGHTNESS, cell] = tightness
         kept[RESOLUTION, cell] = resolution
         kept[LEAST, cell] = math.inf
+        kept[MOST, cell] = 0.0 if smallest else math.inf
         kept[HELD, cell] = -1.0
 
     @device
-    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution):
+    def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution, smallest):
         """Set a passage of a cell at the beginning of a cycle that is not the first one."""
-        set_out(kept, passage, r, field, once, until, tightness, resolution)
+        set_out(kept, passage, r, field, once, until, tightness, resolution, smallest)
         kept[STEP, passage] = notes[USUAL_STEP, cell]
         kept[SCALE, passage] = notes[USUAL_CHANGE, cell]
 
@@ -166,14 +167,24 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[NEXT_SAMPLING, cell] = BEFORE_MANY
         notes[LARGEST, cell] = math.inf
         notes[FAILING, cell] = math.inf
-        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution)
+        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution, False)
 
     @device
     def go_back(kept, notes, cell, field, once, pieces, resolution):
         """Go on cycling from where a search left."""
         notes[PURPOSE, cell] = CYCLING
         set_cycle(
-            kept, notes, cell, cell, notes[RETURN_R, cell], field, once, pieces, kept[TIGHTNESS, cell], resolution
+            kept,
+            notes,
+            cell,
+            cell,
+            notes[RETURN_R, cell],
+            field,
+            once,
+            pieces,
+            kept[TIGHTNESS, cell],
+            resolution,
+            False,
         )
         kept[ERROR, cell] = notes[RETURN_ERROR, cell]
         kept[DOUBT, cell] = notes[RETURN_DOUBT, cell]
@@ -334,17 +345,18 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         p = modulus_ratio - 1.0
         cells = np.empty(count + room, np.int64)
         state = np.empty(count + room, np.int8)
-        kept = np.empty((KEPT, count + room))
-        notes = np.empty((NOTES, count))
+        kept = np.empty((count + room, KEPT)).T  # what is known of a passage lies together
+        notes = np.empty((count, NOTES)).T
         values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
+        holding = 2.0 if repeats == 1 else 1.0  # a film that fails in a later cycle outlasts the holds before
         for cell in range(count):
             cells[cell] = cell
             status[cell] = RUNNING
             for row in range(RESULTS):
                 result[row, cell] = math.nan
             r = start_stretch[cell] * start_stretch[cell]
-            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * tolerance), resolution)
+            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * min(tolerance, LOOSEST)), resolution)
             state[cell] = READY
         while True:
             used = count
@@ -357,18 +369,24 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                         for j in range(NODES):
                             r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
-                            set_cycle(kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(
+                                kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], math.inf, False
+                            )
                             state[used] = READY
                             cells[used] = cell
                             used += 1
             while True:
-                march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
-                near = 0
+                march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept, holding)
+                near, holds = 0, 0
                 for passage in range(used):
                     near += state[passage] == NEAR
-                if near == 0:
+                    holds += state[passage] == HOLDS
+                if near == 0 and holds == 0:
                     break
-                finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
+                if near > 0:
+                    finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
+                if holds > 0:
+                    hold(scale, source, columns, p, dead_load, cells[:used], state[:used], kept, tolerance)
             running = 0
             for cell in range(count):
                 if status[cell] != RUNNING:
@@ -405,6 +423,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             pieces,
                             kept[TIGHTNESS, cell],
                             resolution,
+                            True,
                         )
                         state[cell] = READY
                     elif notes[PURPOSE, cell] == CYCLING:
@@ -440,50 +459,19 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         held = abs(E)
                         top = critical(1.0, 0.0, sigma)
                         gap = surplus(sigma, held, top)
-                        e = CRITICAL_LOAD * held * held
                         carried = gap <= 0.0
-                        stable, unstable = relaxed_at(sigma, held, top)
-                        ratio = stretch(unstable)
-                        turning = ratio * ratio
                         excess = kept[DOUBT, cell] / DOUBTFUL
+                        stable, turning = 0.0, 0.0
                         if carried:
+                            stable, unstable = relaxed_at(sigma, held, top)
+                            ratio = stretch(unstable)
+                            turning = ratio * ratio
                             error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
                             excess = max(excess, 3.0 * error / abs(turning - r))
                         if carried and (r <= turning or p[cell] == 0.0):
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
-                        elif not carried and gap <= SLOWLY * e and p[cell] > ELASTIC:
-                            # It fails slowly under the load held.
-                            notes[COMPLETED, cell] -= 1.0
-                            x = start_at(r, p[cell], sigma, held)
-                            error = total_error(kept[ERROR, cell], kept[ROUNDING, cell]) + EPSILON * r
-                            time, reached, missed = time_held(x, p[cell], sigma, held, top, 0.1 * tolerance)
-                            kept[TIME_ERROR, cell] = missed * time + error / flow(r, p[cell], x, held)
-                            kept[ERROR, cell] = 16.0 * EPSILON * reached
-                            kept[HELD, cell] = held
-                            kept[T, cell] = time
-                            kept[Y, cell] = reached - kept[BASE, cell]
-                            excess = max(
-                                excess,
-                                write_failure(
-                                    kind,
-                                    scale,
-                                    source,
-                                    columns,
-                                    kept,
-                                    notes,
-                                    p,
-                                    dead_load,
-                                    tolerance,
-                                    FELL,
-                                    cell,
-                                    result,
-                                ),
-                            )
-                            verdict = FAILED
-                            if repeats != 1:  # all repetitions are completed, the last one counted here again
-                                result[CYCLES_TO_FAILURE, cell] = notes[COMPLETED, cell] + 1.0
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0
@@ -522,7 +510,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[TRIED, cell] = 0.0
                             root = base + change / (1.0 - ratio)
                             root = root if notes[PROVED, cell] > 0.0 else max(root, r)
-                            set_cycle(kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution)
+                            set_cycle(
+                                kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution, True
+                            )
                             state[cell] = READY
                         elif (
                             steady
@@ -558,7 +548,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         elif notes[TRIED, cell] < 4.0:
                             notes[TRIED, cell] += 1.0
                             beside = notes[LAST_R, cell] + 8.0 * (start - notes[LAST_R, cell])
-                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                         else:
                             vain = True
@@ -578,14 +568,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
                             notes[PURPOSE, cell] = PROVING
                             beside = max(following, start) + 4.0 * noise / -slope
-                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                         elif notes[ITERATION, cell] >= ITERATIONS:
                             vain = True
                         else:
                             if notes[PROVED, cell] == 0.0:
                                 following = max(following, notes[RETURN_R, cell])
-                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution)
+                            set_cycle(kept, notes, cell, cell, following, E, once, pieces, allowed, resolution, True)
                             state[cell] = READY
                     if vain and purpose == PROVING:
                         # There is a fixed point, too close to failure for these errors.

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit import device
-from ..model import CRITICAL_LOAD, CRITICAL_U, deficit, instant_gap, relative_u
+from ..model import CRITICAL_LOAD, CRITICAL_U, instant_gap, relative_u
 
 # What the double falls short of (3/4) 4**(-1/3).
 CRITICAL_LOAD_REST = float(Decimal("0.4724703937105774367877039777") - Decimal(CRITICAL_LOAD))
@@ -61,13 +61,6 @@ class Law(NamedTuple):
     excess : callable
         ``excess(sigma, field, top)``: load above the largest of a relaxed film, which has the unknown ``top``, accurate
         relative to itself.
-    lacking : callable
-        ``lacking(sigma, top, d)``: what the load of a relaxed film lacks of its largest at ``top + d``, uncancelled.
-    curvature : callable
-        ``curvature(sigma, top)``: the same over d**2 for small d.
-    along : callable
-        ``along(x, lift, p, sigma) -> -de/dx, -de/dr, h, r``: states under a load held, p times ``lift`` above that of
-        a relaxed film with the same x.
     """
 
     settle: Callable[..., Any]
@@ -82,9 +75,6 @@ class Law(NamedTuple):
     load: Callable[..., Any]
     stretch: Callable[..., Any]
     excess: Callable[..., Any]
-    lacking: Callable[..., Any]
-    curvature: Callable[..., Any]
-    along: Callable[..., Any]
 
 
 @device
@@ -192,6 +182,7 @@ def _free_relaxed_at(sigma, field, top):
     s = np.sqrt(max(gap, 0.0) / 6.0) / CRITICAL_U
     up, down = s, -s
     for _ in range(60):
+        apart = up - down
         u = CRITICAL_U + up
         rise = 4.0 * u * u * u - 1.0
         step = up * up * (u * u + 2.0 * u * CRITICAL_U + 3.0 * CRITICAL_U * CRITICAL_U) - gap
@@ -200,6 +191,8 @@ def _free_relaxed_at(sigma, field, top):
         rise = 4.0 * u * u * u - 1.0
         step = down * down * (u * u + 2.0 * u * CRITICAL_U + 3.0 * CRITICAL_U * CRITICAL_U) - gap
         down = max(down - step / rise, -CRITICAL_U) if rise < 0.0 else down
+        if up - down == apart:
+            break
     return CRITICAL_U + up, CRITICAL_U + down
 
 
@@ -216,36 +209,6 @@ def _free_stretch(x):
 @device
 def _free_excess(sigma, field, top):
     return CRITICAL_LOAD * (field - 1.0) * (field + 1.0)
-
-
-@device
-def _free_lacking(sigma, top, d):
-    return deficit(top + d, d)
-
-
-@device
-def _free_curvature(sigma, top):
-    return 6.0 * CRITICAL_U * CRITICAL_U
-
-
-@device
-def flow_root(h):
-    """Root z of z**3 + h z = 1 for h >= 0: Newton's method from above, monotone."""
-    z = 1.0 / max(1.0, h)
-    for _ in range(7):
-        square = z * z
-        z = (2.0 * square * z + 1.0) / (3.0 * square + h)
-    return z
-
-
-@device
-def _free_along(x, lift, p, sigma):
-    square = x * x
-    h = lift / square
-    r = flow_root(h) / x
-    inverse = 1.0 / r
-    stiff = 4.0 * (1.0 + p * r * r) * square * x - 1.0 - p * inverse
-    return stiff, p * x * (inverse * inverse + 2.0 * r * square * x), h, r
 
 
 @device
@@ -434,37 +397,6 @@ def _loaded_excess(sigma, field, top):
     return three + (one_rest + two_rest + three_rest + e_rest - u_rest + eighth_rest + pull_rest)
 
 
-@device
-def _loaded_lacking(sigma, top, d):
-    square = top * top
-    cube = square * top
-    fourth = square * square
-    # Taylor's series of w**2 - w**8 - sigma w**3, whose first derivative vanishes.
-    third = (
-        sigma
-        + 56.0 * fourth * top
-        + d * (70.0 * fourth + d * (56.0 * cube + d * (28.0 * square + d * (8.0 * top + d))))
-    )
-    return d * d * (_loaded_curvature(sigma, top) + d * third)
-
-
-@device
-def _loaded_curvature(sigma, top):
-    cube = top * top * top
-    return 28.0 * cube * cube + 3.0 * sigma * top - 1.0
-
-
-@device
-def _loaded_along(x, lift, p, sigma):
-    u = x * x
-    cube = u * u * u
-    h = lift / (u * u)
-    r = flow_root(h) / u
-    inverse = 1.0 / r
-    stiff = x * (8.0 * (1.0 + p * r * r) * cube + 3.0 * sigma * x - 2.0 * (1.0 + p * inverse))
-    return stiff, p * u * (inverse * inverse + 2.0 * r * cube), h, r
-
-
 FREE = Law(
     _free_settle,
     _free_flow,
@@ -478,9 +410,6 @@ FREE = Law(
     _free_load,
     _free_stretch,
     _free_excess,
-    _free_lacking,
-    _free_curvature,
-    _free_along,
 )
 LOADED = Law(
     _loaded_settle,
@@ -495,7 +424,4 @@ LOADED = Law(
     _loaded_load,
     _loaded_stretch,
     _loaded_excess,
-    _loaded_lacking,
-    _loaded_curvature,
-    _loaded_along,
 )

@@ -1,8 +1,10 @@
-"""Passages through a program in plain time: dr/dT = F(r, E(T)), explicit Runge-Kutta steps in lanes.
+"""Passages through a program: dr/dT = F(r, E(T)), explicit Runge-Kutta steps in lanes.
 
-Every lane takes steps of its own length, in a piece of its own, and the next waiting passage as soon as its own is
-done or waits for another phase. r is kept as its value at the start of the passage and the change since, so that the
-change, of which cycles consist, is accurate relative to itself.
+A step of length s lasts T = s (1 + Q s/(2 D**2)), which is dT/ds = D/D(0) where D**2 follows its tangent: next to the
+instability r has a term in the power 3/2 of the time left to it, which is smooth in s. Every lane takes steps of its
+own length, in a piece of its own, and the next waiting passage as soon as its own is done or waits for another phase. r
+is kept as its value at the start of the passage and the change since, so that the change, of which cycles consist, is
+accurate relative to itself.
 """
 
 import math
@@ -12,9 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit import device
+from ..elementary import exponential
 from ..model import CRITICAL_LOAD, instant_gap
 from ..runge_kutta.tableaus import DOP853, Row
-from .law import Law
+from .law import ELASTIC, Law
 from .pieces import Waves, describe, field_at_end
 from .rows import (
     AMPLITUDE,
@@ -28,10 +31,13 @@ from .rows import (
     ERROR,
     EVENT,
     FIRST_STEP,
+    FLOW,
     FREQUENCY,
     GAIN,
     GROWTH,
     HELD,
+    HOLDING,
+    HOLDS,
     JUMPED,
     KEPT,
     LAST_LENGTH,
@@ -57,6 +63,7 @@ from .rows import (
     STEP,
     TIGHTNESS,
     TRIAL,
+    TURN,
     UNTIL,
     D,
     N,
@@ -80,19 +87,26 @@ NOTHING, PIECE_DONE, CLOSE, TOO_MANY = 0.0, 1.0, 2.0, 3.0
 VACANT = -1
 
 # Steps to the instability, by the tangent of D**2, below which stiffness becomes the variable.
-AHEAD = 3.0
+AHEAD = 2.0
 # The same, over what is left of the piece, above which the film is taken to outlast it: the tangent is above the curve
 # where the load rises, and what it misses a step in time finds.
-WITHIN = 1.25
+WITHIN = 1.0
+# Length of a step, over that to the instability by the tangent of D**2, halved.
+SHORT_OF = 0.45
 # Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
 AT_REST = 1e-8
 RELAXATIONS = 40.0
-# Ratio of D**2 at both ends of a step below which it is next to the instability.
+# Ratio of D**2 at both ends of a step, and of the least within it to those, below which it is next to the instability.
 UNEVEN = 0.2
+DIP = 0.8
+# Relaxation times in a step beyond which it is next to its limit of stability, and the error does not follow either.
+STIFF = 4.0
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
 FLOOR = 1e-17
+# Part of r that it changes by from rest to the instability, about: bears on the cost alone.
+LARGEST_CHANGE = 0.1
 # The same over the length of the step: what rounding of dr/dT, a difference of numbers near 1, leaves in an estimate.
 UNCERTAIN = EPSILON
 
@@ -142,6 +156,16 @@ def add_slopes(w, stage, first, target):
                 w[target, i] += coefficient * w[first + j, i]
 
 
+@device
+def to_end(w, i):
+    """Return the length of a step to the end of the piece; infinite where the tangent meets the instability before."""
+    left = w[DURATION, i] - w[T, i]
+    square = 1.0 + 4.0 * w[TURN, i] * left
+    length = 2.0 * left / (1.0 + np.sqrt(max(square, 0.0)))
+    length = length if square > 0.0 else math.inf
+    return length if left < math.inf else left
+
+
 def _make_attempt(law: Law, waves: Waves) -> Callable[..., Any]:
     """Make ``attempt(w)``: the state ``NEW`` after a step, the unknown and dr/dT there."""
     settle, flow, field = law.settle, law.flow, waves.field
@@ -158,13 +182,18 @@ def _make_attempt(law: Law, waves: Waves) -> Callable[..., Any]:
                 length = w[TRIAL, i]
                 y = w[Y, i] + length * w[NEW, i]
                 r = w[BASE, i] + y
-                E = field(w[T, i] + node * length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+                s = node * length
+                E = field(
+                    w[T, i] + s * (1.0 + w[TURN, i] * s), w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i]
+                )
                 guess = w[X, i] + ratio * (w[NEW_X, i] - w[X, i])
                 x, bad = settle(r, w[P, i], w[SIGMA, i], E, guess)
                 w[BAD, i] += bad
                 w[NEW, i] = y
                 w[NEW_X, i] = x
-                w[SLOPES + stage, i] = flow(r, w[P, i], x, E)
+                F = flow(r, w[P, i], x, E)
+                w[FLOW, i] = F
+                w[SLOPES + stage, i] = F * (1.0 + 2.0 * w[TURN, i] * s)
 
     return attempt
 
@@ -209,7 +238,7 @@ def factor_of_root(root):
     return min(factor, LARGEST_FACTOR) if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
 
 
-def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
+def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
     local, field, field_rate = law.local, waves.field, waves.rate
     errors = make_errors(SLOPES)
@@ -221,39 +250,52 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             length = w[TRIAL, i]
             y, x = w[NEW, i], w[NEW_X, i]
             r = w[BASE, i] + y
-            flow = w[LAST, i]
+            flow = w[FLOW, i]
+            lasts, pace = length * (1.0 + w[TURN, i] * length), 1.0 + 2.0 * w[TURN, i] * length
+            t = w[T, i] + lasts
             change = abs(y) + abs(length * w[SLOPES, i])
-            least = min(FLOOR, max(EPSILON * w[SCALE, i], UNCERTAIN * length)) if w[SCALE, i] > 0.0 else FLOOR
+            least = min(FLOOR, max(EPSILON * w[SCALE, i], UNCERTAIN * lasts)) if w[SCALE, i] > 0.0 else FLOOR
             scale = min(abs(r), max(change, max(w[SCALE, i], least * w[TIGHTNESS, i])))
             rough, fine = errors(w, i, length / scale)
-            E = field(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
-            rate = field_rate(w[T, i] + length, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            E = field(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
+            rate = field_rate(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             load_rate = 2.0 * CRITICAL_LOAD * E * rate
             d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
             s0, s1 = w[D, i] * w[D, i], d * d
+            # The tangents of D**2 at both ends, and where they meet.
+            m0, m1 = 2.0 * lasts * w[Q, i], 2.0 * lasts * q
+            meet = (s1 - s0 - m1) / (m0 - m1)
+            turned = (m0 < 0.0) & (m1 > 0.0)
+            lowest = s0 + m0 * meet if turned else min(s0, s1)
             # Next to the instability the solution is not smooth: no power of the estimate follows the error.
-            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1)
-            estimate = fine if smooth else rough
+            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1) & (lowest >= DIP * min(s0, s1))
+            growing = 0.5 * length * (w[GROWTH, i] + pace * growth)
+            grown = exponential(min(growing, 100.0))
+            estimate = fine if smooth & (growing > -STIFF) else rough
+            # An error made within the step has grown at its end, and where it grows much the estimates fall behind.
+            estimate = estimate * grown if growing > 1.0 else estimate
             relative = estimate * w[TIGHTNESS, i]
             settled = w[BAD, i] == 0.0
             good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
 
-            # The tangents of D**2 at both ends: where they meet below zero, the film may have failed in between.
-            m0, m1 = 2.0 * length * w[Q, i], 2.0 * length * q
-            meet = (s1 - s0 - m1) / (m0 - m1)
-            missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
+            # Where the tangents meet below zero, the film may have failed in between.
+            missed = good & turned & (lowest <= 0.0)
             # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
-            x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * rate_of_x
+            x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * pace * rate_of_x
             second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
             root = np.sqrt(max(second * second - 3.0 * third * v0, 0.0))
-            share = -v0 / (second + (root if v0 < 0.0 else -root))  # where its slope is zero
+            root = root if w[RATE_OF_X, i] < 0.0 else -root
+            over = second * root > 0.0
+            share = (-v0 if over else root - second) / (second + root if over else 3.0 * third)  # where its slope is 0
             left = 1.0 - share
             between = left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
                 x * (3.0 - 2.0 * share) - v1 * left
             )
             margin = 1.0 + w[RESOLUTION, i]
             extreme = (between * margin < min(x0, x, w[LEAST, i])) | (between > margin * max(x0, x, w[MOST, i]))
-            extreme = good & (not missed) & (v0 * v1 < 0.0) & extreme
+            extreme = (
+                good & (not missed) & (w[RATE_OF_X, i] * rate_of_x < 0.0) & (share > 0.0) & (share < 1.0) & extreme
+            )
             accepted = good & (not missed) & (not extreme)
 
             root = eighth_root(relative)
@@ -261,18 +303,18 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             # Where errors grow from step to step they go on doing so: predictive control (Gustafsson 1994).
             predicted = factor * length * w[LAST_ROOT, i] / (w[LAST_LENGTH, i] * root)
             predicted = max(min(factor, predicted), SMALLEST_FACTOR) if w[LAST_LENGTH, i] > 0.0 else factor
-            w[LAST_LENGTH, i] = length if accepted else w[LAST_LENGTH, i]
+            # A length at this stiffness, and the same at the next.
+            unit = d / w[D, i] if accepted & bent else 1.0
+            w[LAST_LENGTH, i] = length * unit if accepted else w[LAST_LENGTH, i]
             w[LAST_ROOT, i] = root if accepted else w[LAST_ROOT, i]
-            w[FIRST_STEP, i] = length if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
             factor = predicted if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
             factor = 0.4 if missed else factor
             factor = share if extreme else factor
-            proposed = length * factor
-            last = w[TRIAL, i] >= w[DURATION, i] - w[T, i]
+            proposed = length * factor * unit
+            last = length >= to_end(w, i)
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
+            w[FIRST_STEP, i] = proposed if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
 
-            growing = 0.5 * length * (w[GROWTH, i] + growth)
-            grown = np.exp(min(growing, 100.0))
             carried = w[ERROR, i] * grown + estimate * scale
             # Of the sum y, of F, and of r in F.
             parts = y * y + 4.0 * (change - abs(y)) * (change - abs(y)) + r * r * min(1.0, growing * growing)
@@ -282,13 +324,12 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[GAIN, i] += growing if accepted else 0.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
             # Of one within the step the distance is at least that where the tangents meet.
-            turned = (m0 < 0.0) & (m1 > 0.0)
             nearest = min(s0 + m0 * meet, s1) if turned else s1
             doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
             w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
             w[PENDING, i] = doubt if accepted else w[PENDING, i]
-            w[T, i] = w[T, i] + length if accepted else w[T, i]
+            w[T, i] = t if accepted else w[T, i]
             w[Y, i] = y if accepted else w[Y, i]
             w[X, i] = x if accepted else w[X, i]
             w[SLOPES, i] = flow if accepted else w[SLOPES, i]
@@ -304,7 +345,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
             rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r)
             rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
-            over = (accepted & last) | rest
+            done = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
             w[X, i] = w[X, i] - w[RATE_OF_X, i] / w[GROWTH, i] if rest else w[X, i]
             w[LEAST, i] = min(w[LEAST, i], w[X, i])
@@ -314,9 +355,10 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
             ahead = AHEAD * w[STEP, i] if settled else 4.0 * length
             close = (w[Q, i] < 0.0) & (w[D, i] < w[BARRED, i]) & (distance < min(ahead, WITHIN * remaining))
+            w[TURN, i] = 0.5 * w[Q, i] / (w[D, i] * w[D, i]) if bent & (w[SLOPE, i] != 0.0) else 0.0
             w[COUNT, i] += 1.0
-            spent = (w[COUNT, i] >= ATTEMPTS) | (not (length > 1e-15 * w[T, i]))
-            met = PIECE_DONE if over else (CLOSE if close else (TOO_MANY if spent else NOTHING))
+            spent = (w[COUNT, i] >= ATTEMPTS) | (not (length > max(1e-15 * w[T, i], 1e-250)))
+            met = PIECE_DONE if done else (CLOSE if close else (TOO_MANY if spent else NOTHING))
             w[EVENT, i] = met if length > 0.0 else NOTHING
             events += w[EVENT, i] != NOTHING
         return events
@@ -336,17 +378,23 @@ class Passage(NamedTuple):
         status.
     go_on : callable
         ``go_on(kind, scale, source, columns, cell, w, i)`` from the end of a piece to the next; the status.
+    put, leave, enter : callable
+        What the last two consist of, to be compiled once.
     """
 
     attempt: Callable[..., Any]
     judge: Callable[..., Any]
     take: Callable[..., Any]
     go_on: Callable[..., Any]
+    put: Callable[..., Any]
+    leave: Callable[..., Any]
+    enter: Callable[..., Any]
 
 
-def make_passage(law: Law, waves: Waves) -> Passage:
-    """Make the functions that take lanes through a program."""
+def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
+    """Make the functions that take lanes through a program; ``bent`` says whether TURN is not zero."""
     flow, local, begin, critical, load, ends = law.flow, law.local, law.begin, law.critical, law.load, law.ends
+    plain_flow = law.plain_flow
     field, field_rate = waves.field, waves.rate
 
     @device
@@ -389,98 +437,152 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         t, r = w[T, i], w[BASE, i] + w[Y, i]
         E = field(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
         rate = field_rate(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
-        w[SLOPES, i] = flow(r, w[P, i], w[X, i], E)
+        F = flow(r, w[P, i], w[X, i], E)
+        w[SLOPES, i] = F
         d, n, q, growth, rate_of_x, fragility = local(
-            r, w[P, i], w[SIGMA, i], w[X, i], w[SLOPES, i], 2.0 * CRITICAL_LOAD * E * rate
+            r, w[P, i], w[SIGMA, i], w[X, i], F, 2.0 * CRITICAL_LOAD * E * rate
         )
         w[D, i] = d
         w[N, i] = n
         w[Q, i] = q
         w[GROWTH, i] = growth
         w[RATE_OF_X, i] = rate_of_x
+        w[TURN, i] = 0.5 * q / (d * d) if bent and w[SLOPE, i] != 0.0 else 0.0
         w[PENDING, i] = total_error(w[ERROR, i], w[ROUNDING, i]) * fragility / (d * d)
 
     @device
-    def enter(kind, scale, source, columns, cell, w, i, E):
-        """Begin a piece, and those of no duration before it, after the field E; the status of the passage."""
+    def expected_change(w, i):
+        """Return about what r changes by while the field rises from nothing, where the flow grows like its square."""
+        r, p, sigma = w[BASE, i] + w[Y, i], w[P, i], w[SIGMA, i]
+        end = abs(w[START, i] + w[SLOPE, i] * w[DURATION, i])
+        x = critical(r, p, sigma)
+        carried = np.sqrt(load(r, p, sigma, x) / CRITICAL_LOAD)
+        if end < carried:
+            x = begin(r, p, sigma, end)
+        lasts = w[DURATION, i] * min(1.0, carried / end)
+        return min(LARGEST_CHANGE * r, abs(plain_flow(r, x)) * lasts / 3.0)
+
+    @device
+    def enter(kind, scale, source, columns, cell, w, i, E, fresh):
+        """Begin a piece, and those of no duration before it, after the field E; the status of the passage.
+
+        ``fresh`` says whether the unknown is not yet that of any field.
+        """
         w[T, i] = 0.0
+        at_end = False
         while True:
-            if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
-                return ENDED
-            set_piece(kind, scale, source, columns, cell, w, i)
-            if w[START, i] != E and not jump(w, i, w[START, i]):
+            if not at_end:
+                if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
+                    return ENDED
+                set_piece(kind, scale, source, columns, cell, w, i)
+            target = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell) if at_end else w[START, i]
+            if (fresh or target != E) and not jump(w, i, target):
                 return JUMPED
-            E = w[START, i]
-            if w[DURATION, i] > 0.0:
+            fresh = False
+            E = target
+            if at_end:
+                w[PIECE, i] += 1.0
+            elif w[DURATION, i] > 0.0:
                 break
-            end = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
-            if end != E and not jump(w, i, end):
-                return JUMPED
-            E = end
-            w[PIECE, i] += 1.0
+            at_end = not at_end
         w[BARRED, i] = math.inf
         w[LAST_LENGTH, i] = 0.0
         look(w, i)
         if not w[STEP, i] > 0.0:
             w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
+            if w[SLOPES, i] == 0.0 and w[SLOPE, i] != 0.0:
+                w[SCALE, i] = expected_change(w, i)
+        asked = w[HOLDING, i] > (0.0 if w[DURATION, i] == math.inf else 1.0)
+        held = w[SLOPE, i] == 0.0 and w[AMPLITUDE, i] == 0.0 and w[P, i] > ELASTIC
+        if asked and held and (abs(E) > 1.0 or w[SIGMA, i] > 0.0):
+            return HOLDS
         return READY
 
     @device
-    def take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
-        """Put a passage into a lane; its status."""
+    def put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+        """Put a passage into a lane; whether it is about to enter its piece."""
         for row in range(KEPT):
             w[row, i] = kept[row, passage]
         cell = cells[passage]
         w[P, i] = p[cell]
         w[SIGMA, i] = sigma[cell]
-        if w[T, i] < 0.0:  # about to enter its piece, from the field HELD in X
-            E = w[X, i]
-            if jump(w, i, E):
-                return enter(kind, scale, source, columns, cell, w, i, E)
-            w[T, i] = 0.0
-            return JUMPED
+        if w[T, i] < 0.0:
+            return True
         w[LAST_LENGTH, i] = 0.0
         set_piece(kind, scale, source, columns, cell, w, i)
         look(w, i)
-        return READY
+        return False
 
     @device
-    def go_on(kind, scale, source, columns, cell, w, i):
+    def leave(kind, scale, source, columns, cell, w, i):
+        """Leave a piece; the field at its end."""
         E = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell)
         w[DOUBT, i] = max(w[DOUBT, i], w[PENDING, i])
         w[OFFSET, i] += w[DURATION, i]
         w[PIECE, i] += 1.0
-        return enter(kind, scale, source, columns, cell, w, i, E)
+        return E
 
-    return Passage(_make_attempt(law, waves), _make_judge(law, waves), take, go_on)
+    @device
+    def take(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+        if put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage):
+            return enter(kind, scale, source, columns, cells[passage], w, i, w[X, i], True)
+        return READY
+
+    @device
+    def go_on(kind, scale, source, columns, cell, w, i):
+        E = leave(kind, scale, source, columns, cell, w, i)
+        return enter(kind, scale, source, columns, cell, w, i, E, False)
+
+    return Passage(_make_attempt(law, waves), _make_judge(law, waves, bent), take, go_on, put, leave, enter)
 
 
 def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
-    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept)``.
+    """Make ``march(kind, scale, source, columns, p, sigma, cells, status, kept, holding)``.
 
     Every passage (column of ``kept`` (KEPT, passages), of the cell ``cells[passage]``) whose status is READY goes on
-    until it is NEAR the instability, has ENDED, JUMPED beyond what the film carries, or is SPENT.
+    until it is NEAR the instability, HOLDS, has ENDED, JUMPED beyond what the film carries, or is SPENT. ``holding`` is
+    what HOLDING says.
     """
-    attempt, judge, take, go_on = make_passage(law, waves)
+    attempt, judge, _, _, put, leave, enter = make_passage(law, waves, True)
 
     @device
-    def march(kind, scale, source, columns, p, sigma, cells, status, kept):
+    def march(kind, scale, source, columns, p, sigma, cells, status, kept, holding):
         w = np.zeros((ROWS, lanes))
         held = np.empty(lanes, np.int64)
         for i in range(lanes):
             held[i] = VACANT
             w[BASE, i] = 1.0
             w[X, i] = 1.0
+            w[HOLDING, i] = holding
         following, busy, events = 0, 0, lanes
         while True:
             for i in range(lanes if events > 0 else 0):
-                passage = held[i]
-                if passage != VACANT and w[EVENT, i] != NOTHING:
-                    state = READY
-                    if w[EVENT, i] == PIECE_DONE:
-                        state = go_on(kind, scale, source, columns, cells[passage], w, i)
+                while True:
+                    passage = held[i]
+                    E, enters, fresh, state = 0.0, False, False, READY
+                    if passage != VACANT:
+                        if w[EVENT, i] == NOTHING:
+                            break
+                        enters = w[EVENT, i] == PIECE_DONE
+                        if enters:
+                            E = leave(kind, scale, source, columns, cells[passage], w, i)
+                        else:
+                            state = NEAR if w[EVENT, i] == CLOSE else SPENT
+                        w[EVENT, i] = NOTHING
                     else:
-                        state = NEAR if w[EVENT, i] == CLOSE else SPENT
+                        while following < status.size and status[following] != READY:
+                            following += 1
+                        if following == status.size:
+                            break
+                        passage = following
+                        following += 1
+                        held[i] = passage
+                        busy += 1
+                        w[EVENT, i] = NOTHING
+                        enters = put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage)
+                        E, fresh = w[X, i], True
+                    if enters:
+                        state = enter(kind, scale, source, columns, cells[passage], w, i, E, fresh)
                     if state != READY:
                         for row in range(KEPT):
                             kept[row, passage] = w[row, i]
@@ -488,21 +590,13 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                         held[i] = VACANT
                         w[TRIAL, i] = 0.0
                         busy -= 1
-                while held[i] == VACANT and following < status.size:
-                    if status[following] == READY:
-                        state = take(kind, scale, source, columns, p, sigma, cells, kept, w, i, following)
-                        if state == READY:
-                            held[i] = following
-                            busy += 1
-                        else:
-                            for row in range(KEPT):
-                                kept[row, following] = w[row, i]
-                            status[following] = state
-                    following += 1
             if busy == 0:
                 return
             for i in range(lanes):
-                w[TRIAL, i] = min(w[STEP, i], w[DURATION, i] - w[T, i]) if held[i] != VACANT else 0.0
+                left = to_end(w, i)
+                even = left if left <= w[STEP, i] else min(w[STEP, i], 0.5 * left)
+                even = min(even, SHORT_OF / max(-w[TURN, i], 1e-300)) if left == math.inf else even
+                w[TRIAL, i] = even if held[i] != VACANT else 0.0
             attempt(w)
             events = judge(w)
 

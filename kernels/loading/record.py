@@ -106,7 +106,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     ``closeness``, the distance to the instability, over the time in the piece, at which a film is NEAR; and of each
     film ``state``, ``cycles``, ``kept`` (KEPT, films), ``count`` and ``steps`` (RECORDED, films, room).
     """
-    attempt, judge, take, go_on = make_passage(law, waves)
+    attempt, judge, take, go_on = make_passage(law, waves, False)[:4]
     stretch_of = law.stretch
     field, field_rate = waves.field, waves.rate
 
@@ -274,7 +274,7 @@ def make_within(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     the recorded ``start`` (RECORDED, states), the ``length`` to go from there, and the ``found`` (2, states): stretch
     and field.
     """
-    attempt = make_passage(law, waves).attempt
+    attempt = make_passage(law, waves, False).attempt
     stretch_of, field = law.stretch, waves.field
 
     def within(kind, scale, source, columns, film, modulus_ratio, dead_load, start, length, found):

@@ -8,6 +8,7 @@ FELL = 3  # at the instability
 JUMPED = 4  # met a jump to more than the film carries
 SPENT = 5  # its attempts are used up
 WAITING = 6  # for other passages of its cell
+HOLDS = 7  # at the start of a held field under which it may fail: an integral, see held.py
 
 # What is kept, one row each; a passage goes once through the pieces.
 PIECE = 0
@@ -31,7 +32,7 @@ RESOLUTION = 17  # relative error allowed in extremes of the unknown
 ROUNDING = 18  # variance of r by rounding so far, carried on like ERROR
 UNTIL = 19  # piece before which the passage ends
 SCALE = 20  # least change of r to which errors are relative: that of the cycle before
-FIRST_STEP = 21  # first step accepted
+FIRST_STEP = 21  # that follows from the error of the first step accepted
 PENDING = 22  # the same where the film last came closer: counts as soon as it gets past
 KEPT = 23
 
@@ -55,4 +56,7 @@ DURATION = 38
 NEW_X = 39
 LAST_LENGTH = 40  # of the step accepted before, and the eighth root of its error over the one allowed
 LAST_ROOT = 41
-SLOPES = 42  # dr/dT, one row a stage, the one at the new state last
+TURN = 42  # a step of length s lasts s (1 + TURN s)
+FLOW = 43  # dr/dT at the new state
+HOLDING = 44  # whether the time to failure under a held field is asked for: 0 no, 1 of one without end, 2 of any
+SLOPES = 45  # dr/ds, one row a stage, the one at the new state last

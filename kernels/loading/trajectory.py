@@ -52,7 +52,7 @@ REPETITIONS = 4
 
 def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
     """Make the compiled trajectories under general loading programs; see the package for its arguments."""
-    attempt, judge, take, go_on = make_passage(law, waves)
+    attempt, judge, take, go_on = make_passage(law, waves, False)[:4]
     stretch_of = law.stretch
 
     @device

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import device
+from ..elementary import exponential
 from ..forms.area_strain import DIFFERENCE_STEP
 from .state import (
     AT_INSTABILITY,
@@ -45,17 +46,6 @@ ATTEMPTS = 2000
 
 # What an attempt may meet.
 NOTHING, CROSSED, NEAR, TOO_MANY = 0.0, 1.0, 2.0, 3.0
-
-
-@device
-def _exponential(x):
-    """exp(x) to some 10 % where it matters, never too small by more: without a division, so that it is quick."""
-    s = max(0.0625 * x, -1.0)
-    base = 1.0 + s + 0.5 * s * s
-    square = base * base
-    fourth = square * square
-    eighth = fourth * fourth
-    return eighth * eighth
 
 
 def make_judge(method: AreaMethod) -> Callable[..., Any]:
@@ -97,7 +87,7 @@ def make_judge(method: AreaMethod) -> Callable[..., Any]:
 
             beside = rhs(w, i, v, y + DIFFERENCE_STEP * size)
             grows = (beside - w[last, i]) * (inverse * (1.0 / DIFFERENCE_STEP))
-            carried = w[GLOBAL_ERROR, i] * _exponential(0.5 * length * (w[JACOBIAN, i] + grows)) + estimate * size
+            carried = w[GLOBAL_ERROR, i] * exponential(0.5 * length * (w[JACOBIAN, i] + grows)) + estimate * size
             w[GLOBAL_ERROR, i] = carried if accepted else w[GLOBAL_ERROR, i]
             w[JACOBIAN, i] = grows if accepted else w[JACOBIAN, i]
             w[V, i] = v if accepted else w[V, i]

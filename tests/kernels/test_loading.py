@@ -462,6 +462,43 @@ def test_slow_failure_under_the_load_held_at_the_end(rtol):
         assert result[TIME_TO_FAILURE] == pytest.approx(own.time_to_failure.values, rel=1.01 * rtol + 1e-12)
 
 
+def time_under_a_load_held(r, m, sigma, field):
+    """Integral of dr/F from r to the instability, regular in the root of the distance to it."""
+    p, e = m - 1.0, 0.75 * 4.0 ** (-1.0 / 3.0) * field**2
+
+    def load(w, r):
+        return w**2 * (1.0 + p / r - (1.0 + p * r * r) * w**6 - sigma * w)
+
+    def peak(r):
+        return brentq(
+            lambda w: 8.0 * (1 + p * r * r) * w**6 + 3.0 * sigma * w - 2.0 * (1 + p / r), 1e-3, 2.0, xtol=1e-15
+        )
+
+    def flow(r):
+        z = r * brentq(lambda w: load(w, r) - e, peak(r), 2.0, xtol=1e-15) ** 2
+        return 2.0 * (1.0 / z - z * z)
+
+    end = brentq(lambda r: load(peak(r), r) - e, r, 20.0, xtol=1e-15)
+    return quad(lambda y: 2.0 * y / flow(end - y * y), 1e-5, math.sqrt(end - r), epsrel=1e-10)[0], end
+
+
+@pytest.mark.parametrize(
+    ("xi", "sigma", "field"), [(1.2, 0.0, 1.1), (1.05, 0.0, 1.6), (1.4, 1.3683, 0.5), (1.6, 1.3683, 0.6)]
+)
+def test_failure_under_a_load_held_from_any_state(xi, sigma, field):
+    """As a last piece, and as one that the film outlasts or not by a little."""
+    time, end = time_under_a_load_held(xi * xi, 4.0, sigma, field)
+    given = {"m": 4.0, "xi": xi, "sigma": sigma, "field": field, "rtol": 1e-10}
+    for pieces in ([hold(FIELD, 0.0)], [hold(FIELD, 1.001 * time), hold(0.0, 0.0)]):
+        status, result = sweep(pieces, **given)
+        assert status[0] == FAILED
+        assert result[TIME_TO_FAILURE, 0] == pytest.approx(time, rel=1e-8)  # what the integral above leaves out
+        assert result[CRITICAL_INTERNAL_STRETCH, 0] == pytest.approx(math.sqrt(end), rel=1e-12)
+        assert result[CRITICAL_FIELD, 0] == pytest.approx(field, rel=1e-12)
+    status, _ = sweep([hold(FIELD, 0.999 * time), hold(0.0, 0.0)], **given)
+    assert status[0] == SURVIVES
+
+
 def test_limit_cycle_is_where_cycling_leads():
     """The stretches of the limit cycle, against fifty repetitions of a film that forgets in three."""
     given = {"m": 3.0, "field": [0.5, 0.9, 1.05], "on": 2.0, "off": 3.0}

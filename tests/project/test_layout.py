@@ -48,9 +48,9 @@ KERNEL_RANKS = (
     {"sweep"},
     {"forms"},
     {"runge_kutta", "hold"},
-    {"rising", "loading"},
+    {"rising"},
     {"dead_load"},
-    {"solvers"},
+    {"loading", "solvers"},
     {"build"},
     {"product"},
 )
