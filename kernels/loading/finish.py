@@ -48,14 +48,18 @@ OF_TIME, OF_STATE = range(17, 19)  # estimated errors
 BAD_, GUESS_, NEW_TIME, NEW_CHANGE = range(19, 23)
 LOW, HIGH = range(23, 25)  # extremes of the unknown
 GROWTH_ = 25  # of an error of the time, per change of stiffness
-TIMES = 26
+ALONG = 26  # change of r per change of time, at fixed stiffness
+TIMES = 27
 CHANGES = TIMES + STAGES + 1
 ROWS = CHANGES + STAGES + 1
-LAST_TIME, LAST_CHANGE = CHANGES - 1, ROWS - 1
 
 ATTEMPTS = 200
 # The few steps of a finish are to be that much more accurate than those in time: their errors add to the time itself.
 TIGHTER = 20.0
+# Of those errors, over the estimates, for the results to be within half of what is allowed.
+SAFE = 4.0
+# Of the stiffness, by which it may be corrected.
+CORRECTION = 0.1
 # Step of the difference that gives the growth, over the time left by the tangent of D**2.
 NUDGE = 1e-4
 # Change of r per change of time, at fixed stiffness, beyond which r does not follow from the equilibrium.
@@ -65,7 +69,7 @@ SHORTEST = 0.02
 
 
 def _make_slopes(law: Law, waves: Waves) -> Callable[..., Any]:
-    """Make ``slopes(w, i, t, y, d) -> dT/ds, dr/ds``, with s = -D, and the unknown left in GUESS_."""
+    """Make ``slopes(w, i, t, y, d) -> dT/ds, dr/ds, Q``, with s = -D, and the unknown left in GUESS_."""
     at, flow, local, field, field_rate = law.at, law.plain_flow, law.local, waves.field, waves.rate
 
     @device
@@ -79,13 +83,16 @@ def _make_slopes(law: Law, waves: Waves) -> Callable[..., Any]:
         w[GUESS_, i] = x
         w[BAD_, i] += 0.0 if q < 0.0 else 1.0
         of_time = -d / q
-        return of_time, f * of_time
+        return of_time, f * of_time, q
 
     return slopes
 
 
 def _make_growth(law: Law, waves: Waves, slopes: Callable[..., Any]) -> Callable[..., Any]:
-    """Make ``growth(w, i, t, y, d) -> growth, along``: of an error of the time at fixed D, and dr over dT of it.
+    """Make ``growth(w, i, t, y, d) -> growth, along, late, dT/ds, dr/ds``.
+
+    The first is that of an error of the time at fixed D, then dr over dT of it, and the error of the time at this D
+    that one of r at this time is.
 
     Both states obey the equilibrium, so that an error has one direction; the growth is a forward difference, two digits
     are plenty. Next to a folded singularity, D = N = 0, it is large.
@@ -102,12 +109,12 @@ def _make_growth(law: Law, waves: Waves, slopes: Callable[..., Any]) -> Callable
         along = 2.0 * CRITICAL_LOAD * E * rate / (load_of_r + d * of_r / bend)
         change = along if abs(along) < LARGEST_ALONG else 0.0
         bad = w[BAD_, i]
-        here, _ = slopes(w, i, t, y, d)
+        here, of_state, q = slopes(w, i, t, y, d)
         nudge = NUDGE * here * d + 1e-300
-        beside, _ = slopes(w, i, t + nudge, y + change * nudge, d)
+        beside, _, _ = slopes(w, i, t + nudge, y + change * nudge, d)
         w[GUESS_, i] = x
         w[BAD_, i] = bad
-        return (beside - here) / nudge, along
+        return (beside - here) / nudge, along, abs((of_r * d + bend * abs(load_of_r)) / q), here, of_state
 
     return growth
 
@@ -120,7 +127,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     """
     slopes = _make_slopes(law, waves)
     growth = _make_growth(law, waves, slopes)
-    ends, local, flow = law.ends, law.local, law.plain_flow
+    settle, local, flow = law.settle, law.local, law.plain_flow
     field, field_rate = waves.field, waves.rate
     time_errors, change_errors = make_errors(TIMES), make_errors(CHANGES)
 
@@ -136,7 +143,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                 length = w[TRIAL, i]
                 t = w[TIME, i] + length * w[NEW_TIME, i]
                 y = w[CHANGE, i] + length * w[NEW_CHANGE, i]
-                a, b = slopes(w, i, t, y, w[STIFFNESS, i] - NODES[stage] * length)
+                a, b, _ = slopes(w, i, t, y, w[STIFFNESS, i] - NODES[stage] * length)
                 w[NEW_TIME, i] = t
                 w[NEW_CHANGE, i] = y
                 w[TIMES + stage, i] = a
@@ -160,21 +167,29 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             factor = factor_of(relative)
             factor = factor if good else (min(factor, SAFETY) if w[BAD_, i] == 0.0 else 0.3)
             rest = max(w[STIFFNESS, i] - length, 0.0) if good else w[STIFFNESS, i]
-            grows, along = growth(w, i, t, y, rest)
+            # Steps in D change T and r by too much or too little, both alike: what they miss is D, by the equilibrium.
+            E = field(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
+            x, bad = settle(r, w[P_, i], w[SIGMA_, i], E, w[GUESS_, i])
+            d, _, _, _, _, _ = local(r, w[P_, i], w[SIGMA_, i], x, 0.0, 0.0)
+            corrected = good & (bad == 0.0) & (abs(d - rest) < CORRECTION * rest)
+            w[GUESS_, i] = x if corrected else w[GUESS_, i]
+            rest = d if corrected else rest
+            grows, along, of_r, of_time, of_state = growth(w, i, t, y, rest)
             grows = grows if rest > 0.0 else 0.0
             grown = np.exp(min(0.5 * length * (w[GROWTH_, i] + grows), 100.0))
-            late = w[OF_TIME, i] * grown + a * long + EPSILON * t
+            # dT/dD has errors by those of r on the way, whatever the estimate of the time says.
+            late = w[OF_TIME, i] * grown + SAFE * max(a * long, b * size * of_r) + EPSILON * t
             w[OF_TIME, i] = late if good else w[OF_TIME, i]
-            # The error of r goes with that of the time, or on its own where it has little part in the equilibrium.
-            error = w[OF_STATE, i] * grown
-            error = min(error, abs(along) * late) if abs(along) < LARGEST_ALONG else error
-            w[OF_STATE, i] = error + b * size + EPSILON * abs(r) if good else w[OF_STATE, i]
+            # At fixed D an error of r goes with that of the time, unless r has too little part in the equilibrium.
+            turned = max(1.0, abs(along / w[ALONG, i])) if 0.0 < abs(w[ALONG, i]) < LARGEST_ALONG else 1.0
+            w[OF_STATE, i] = w[OF_STATE, i] * grown * turned + b * size + EPSILON * abs(r) if good else w[OF_STATE, i]
+            w[ALONG, i] = along if good else w[ALONG, i]
             w[GROWTH_, i] = grows if good else w[GROWTH_, i]
             w[TIME, i] = t if good else w[TIME, i]
             w[CHANGE, i] = y if good else w[CHANGE, i]
             w[UNKNOWN, i] = w[GUESS_, i] if good else w[UNKNOWN, i]
-            w[TIMES, i] = w[LAST_TIME, i] if good else w[TIMES, i]
-            w[CHANGES, i] = w[LAST_CHANGE, i] if good else w[CHANGES, i]
+            w[TIMES, i] = of_time if good else w[TIMES, i]
+            w[CHANGES, i] = of_state if good else w[CHANGES, i]
             w[LOW, i] = min(w[LOW, i], w[UNKNOWN, i])
             w[HIGH, i] = max(w[HIGH, i], w[UNKNOWN, i])
             w[STIFFNESS, i] = rest
@@ -214,17 +229,13 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         w[DURATION_, i] = duration
         w[BEFORE, i] = kept[OFFSET, passage]
         w[TIGHT, i] = TIGHTER * kept[TIGHTNESS, passage]
-        # An error of r at this time is one of time and r at this stiffness.
-        bend, load_of_r, of_r = ends(r, p[cell], sigma[cell], x)
         rounding = 4.0 * EPSILON * (1.0 + p[cell] / r)
         error = total_error(kept[ERROR, passage], kept[ROUNDING, passage])
-        late = abs(((of_r * d + bend * abs(load_of_r)) * error + d * rounding) / q)
+        w[GUESS_, i] = x
+        w[GROWTH_, i], w[ALONG, i], of_r, w[TIMES, i], w[CHANGES, i] = growth(w, i, t, y, d)
+        late = of_r * error + abs(d * rounding / q)
         w[OF_TIME, i] = late
         w[OF_STATE, i] = error + abs(f) * late
-        w[TIMES, i] = -d / q
-        w[CHANGES, i] = -f * d / q
-        w[GUESS_, i] = x
-        w[GROWTH_, i], _ = growth(w, i, t, y, d)
         w[TRIAL, i] = d
         w[LOW, i] = x
         w[HIGH, i] = x
@@ -252,6 +263,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                     break
             for i in range(count):
                 passage = held[i]
+                r = w[ORIGIN, i] + w[CHANGE, i]
                 kept[COUNT, passage] += 20.0
                 if w[STIFFNESS, i] == 0.0 and w[TIME, i] <= w[DURATION_, i]:
                     status[passage] = FELL
@@ -260,6 +272,8 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                     kept[X, passage] = w[UNKNOWN, i]
                     kept[TIME_ERROR, passage] = w[OF_TIME, i]
                     kept[ERROR, passage] = w[OF_STATE, i]
+                    if abs(w[ALONG, i]) < LARGEST_ALONG:
+                        kept[ERROR, passage] = min(w[OF_STATE, i], abs(w[ALONG, i]) * w[OF_TIME, i] + EPSILON * r)
                     kept[ROUNDING, passage] = 0.0
                     # Whether it failed before the end of the piece.
                     doubt = w[OF_TIME, i] / (w[DURATION_, i] - w[TIME, i] + 1e-300)
