@@ -37,6 +37,7 @@ from .rows import (
     LAST_LENGTH,
     LAST_ROOT,
     LEAST,
+    LONGEST,
     MOST,
     NEAR,
     NEW,
@@ -87,8 +88,14 @@ WITHIN = 1.25
 # Distance from rest, over r, at which one iteration of Newton's method leaves rounding.
 AT_REST = 1e-8
 RELAXATIONS = 40.0
-# Ratio of D**2 at both ends of a step below which it is next to the instability.
+# Ratio of D**2 at both ends of a step, and of the least within it to those, below which it is next to the instability.
 UNEVEN = 0.2
+DIP = 0.8
+# Relaxation times in a step beyond which it is next to its limit of stability, and the error does not follow either.
+STIFF = 4.0
+# Of the period of a sine that a step may be long: in longer ones the stages do not see its shape, nor do the estimates.
+# Irrational, so that steps as long as this leave no last one of next to nothing.
+PART_OF_PERIOD = math.sqrt(5.0) / 8.0
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
@@ -231,17 +238,24 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             load_rate = 2.0 * CRITICAL_LOAD * E * rate
             d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
             s0, s1 = w[D, i] * w[D, i], d * d
+            # The tangents of D**2 at both ends, and where they meet.
+            m0, m1 = 2.0 * length * w[Q, i], 2.0 * length * q
+            meet = (s1 - s0 - m1) / (m0 - m1)
+            turned = (m0 < 0.0) & (m1 > 0.0)
+            lowest = s0 + m0 * meet if turned else min(s0, s1)
             # Next to the instability the solution is not smooth: no power of the estimate follows the error.
-            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1)
-            estimate = fine if smooth else rough
+            smooth = (s1 > UNEVEN * s0) & (s0 > UNEVEN * s1) & (lowest >= DIP * min(s0, s1))
+            growing = 0.5 * length * (w[GROWTH, i] + growth)
+            grown = np.exp(min(growing, 100.0))
+            estimate = fine if smooth & (growing > -STIFF) else rough
+            # An error made within the step has grown at its end, and where it grows much the estimates fall behind.
+            estimate = estimate * grown if growing > 1.0 else estimate
             relative = estimate * w[TIGHTNESS, i]
             settled = w[BAD, i] == 0.0
             good = settled & (relative <= 1.0) & (r > 0.0) & (d > 0.0)
 
-            # The tangents of D**2 at both ends: where they meet below zero, the film may have failed in between.
-            m0, m1 = 2.0 * length * w[Q, i], 2.0 * length * q
-            meet = (s1 - s0 - m1) / (m0 - m1)
-            missed = good & (m0 < 0.0) & (m1 > 0.0) & (s0 + m0 * meet <= 0.0)
+            # Where the tangents meet below zero, the film may have failed in between.
+            missed = good & turned & (lowest <= 0.0)
             # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
             x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * rate_of_x
             second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
@@ -267,12 +281,10 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             factor = predicted if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
             factor = 0.4 if missed else factor
             factor = share if extreme else factor
-            proposed = length * factor
+            proposed = min(length * factor, w[LONGEST, i])
             last = w[TRIAL, i] >= w[DURATION, i] - w[T, i]
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
 
-            growing = 0.5 * length * (w[GROWTH, i] + growth)
-            grown = np.exp(min(growing, 100.0))
             carried = w[ERROR, i] * grown + estimate * scale
             # Of the sum y, of F, and of r in F.
             parts = y * y + 4.0 * (change - abs(y)) * (change - abs(y)) + r * r * min(1.0, growing * growing)
@@ -282,8 +294,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             w[GAIN, i] += growing if accepted else 0.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
             # Of one within the step the distance is at least that where the tangents meet.
-            turned = (m0 < 0.0) & (m1 > 0.0)
-            nearest = min(s0 + m0 * meet, s1) if turned else s1
+            nearest = min(lowest, s1) if turned else s1
             doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
             w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
@@ -361,6 +372,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         w[AMPLITUDE, i] = amplitude
         w[FREQUENCY, i] = frequency
         w[DURATION, i] = duration
+        w[LONGEST, i] = PART_OF_PERIOD / frequency if frequency > 0.0 else math.inf
 
     @device
     def jump(w, i, E):
@@ -423,6 +435,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         look(w, i)
         if not w[STEP, i] > 0.0:
             w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
+        w[STEP, i] = min(w[STEP, i], w[LONGEST, i])
         return READY
 
     @device

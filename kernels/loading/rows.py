@@ -55,4 +55,5 @@ DURATION = 38
 NEW_X = 39
 LAST_LENGTH = 40  # of the step accepted before, and the eighth root of its error over the one allowed
 LAST_ROOT = 41
-SLOPES = 42  # dr/dT, one row a stage, the one at the new state last
+LONGEST = 42  # step: part of the period of the sine
+SLOPES = 43  # dr/dT, one row a stage, the one at the new state last
