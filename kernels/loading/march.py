@@ -313,7 +313,7 @@ def _make_judge(law: Law, waves: Waves) -> Callable[..., Any]:
             away = w[SLOPES, i] / w[GROWTH, i]
             remaining = w[DURATION, i] - w[T, i]
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
-            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r)
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * (w[BASE, i] + w[Y, i]))
             rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             over = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -260,6 +261,18 @@ def test_pulse_fails_exactly_if_it_is_longer_than_the_time_to_failure_of_the_ste
     fails = step.time_to_failure.values <= width
     assert np.array_equal(status == FAILED, fails) and fails.any() and not fails.all()
     assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-9)
+
+
+def test_pulse_far_longer_than_the_time_to_failure():
+    """A first step in time that is longer than the film lasts leads to states that mean nothing."""
+    m = np.append(4.057396300874038, np.linspace(2.0, 8.0, 999))
+    field = np.append(1.379634921994639, 0.685 * np.sqrt(m[1:]))
+    status, result = sweep([hold(FIELD, 2076.2044441280686), hold(0.0, 0.0)], m=m, field=field, rtol=1e-3)
+    films = {"field": xr.DataArray(field, dims="film"), "modulus_ratio": xr.DataArray(m, dims="film")}
+    step = dm.sweep(dm.Step(), **films)
+    fails = step.time_to_failure.values < 2000.0
+    assert np.array_equal(status == FAILED, fails)
+    assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-3)
 
 
 @pytest.mark.parametrize(("duty", "peak"), [(0.1, 1.788), (0.25, 1.548), (0.5, 1.28519), (0.75, 1.117), (0.9, 1.042)])
