@@ -380,7 +380,7 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         r, p, sigma = w[BASE, i] + w[Y, i], w[P, i], w[SIGMA, i]
         x = critical(r, p, sigma)
         E = abs(E)
-        if r == 1.0 and sigma == 0.0:
+        if (r == 1.0 or p == 0.0) and sigma == 0.0:
             beyond = instant_gap(E, 1.0 + p) <= 0.0
         else:
             carried = load(r, p, sigma, x)
@@ -463,6 +463,9 @@ def make_passage(law: Law, waves: Waves) -> Passage:
         w[DOUBT, i] = max(w[DOUBT, i], w[PENDING, i])
         w[OFFSET, i] += w[DURATION, i]
         w[PIECE, i] += 1.0
+        if w[P, i] == 0.0 and w[SIGMA, i] == 0.0 and abs(E) >= 1.0 and not jump(w, i, E):
+            w[T, i] = 0.0  # an elastic film under the field that it fails under, whatever rounding said
+            return JUMPED
         return enter(kind, scale, source, columns, cell, w, i, E)
 
     return Passage(_make_attempt(law, waves), _make_judge(law, waves), take, go_on)

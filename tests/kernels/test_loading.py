@@ -544,6 +544,18 @@ def test_elastic_films_fail_exactly_when_the_field_reaches_the_critical_one():
     assert result[CRITICAL_STRETCH, 1:] == pytest.approx(2 ** (1 / 3), rel=1e-10)
 
 
+@pytest.mark.parametrize("rtol", [1e-3, 1e-10])
+@pytest.mark.parametrize("repeats", [1, ENDLESS])
+def test_elastic_films_whose_ramp_ends_at_the_critical_field(repeats, rtol):
+    """They fail at its end, whatever rounding makes of its slope."""
+    up = np.array([0.01, 1.0 / 3.0, 0.7, 1.0, 10.0 / 7.0, 3.0, 7.0, 100.3])
+    pieces = [(LINEAR, 0.0, 1.0, (1.0, "up")), hold(1.0, 1.0), (LINEAR, 1.0, 0.0, (1.0, "up"))]
+    status, result = sweep(pieces, m=1.0, repeats=repeats, up=up, rtol=rtol)
+    assert np.all(status == FAILED)
+    assert np.array_equal(result[TIME_TO_FAILURE], up)
+    assert result[CRITICAL_FIELD] == pytest.approx(1.0, rel=1e-15)
+
+
 def test_waveform_of_many_samples():
     """A sine sampled a hundred thousand times: near the sine."""
     count = 100_000
