@@ -17,7 +17,7 @@ from .._jit import device
 from ..model import CRITICAL_LOAD
 from .law import Law
 from .march import EPSILON, NODES, SAFETY, STAGES, add_slopes, factor_of, make_errors, total_error
-from .pieces import Waves, describe
+from .pieces import LINEAR, Waves, describe, field_at_end
 from .rows import (
     BARRED,
     BASE,
@@ -265,6 +265,14 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                 passage = held[i]
                 r = w[ORIGIN, i] + w[CHANGE, i]
                 kept[COUNT, passage] += 20.0
+                elastic = w[P_, i] == 0.0 and w[SIGMA_, i] == 0.0
+                piece = np.int64(kept[PIECE, passage])
+                tie = elastic and piece < kind.size and kind[piece] == LINEAR
+                tie = tie and abs(field_at_end(kind, scale, source, columns, piece, cells[passage])) == 1.0
+                if tie and w[STIFFNESS, i] == 0.0:
+                    # Decided on the field: it fails at the end of the piece.
+                    w[TIME, i] = w[DURATION_, i]
+                    w[OF_TIME, i] = 0.0
                 if w[STIFFNESS, i] == 0.0 and w[TIME, i] <= w[DURATION_, i]:
                     status[passage] = FELL
                     kept[T, passage] = w[TIME, i]

@@ -43,6 +43,7 @@ from .rows import (
     LAST_LENGTH,
     LAST_ROOT,
     LEAST,
+    LONGEST,
     MOST,
     NEAR,
     NEW,
@@ -101,6 +102,9 @@ UNEVEN = 0.2
 DIP = 0.8
 # Relaxation times in a step beyond which it is next to its limit of stability, and the error does not follow either.
 STIFF = 4.0
+# Of the period of a sine that a step may be long: in longer ones the stages do not see its shape, nor do the estimates.
+# Irrational, so that steps as long as this leave no last one of next to nothing.
+PART_OF_PERIOD = math.sqrt(5.0) / 8.0
 # Of the errors relative to the change in a step below which they are rounding and do not fall with the order.
 NOISE = 1e-12
 # Error of r in a step that always passes: below rounding; in a cycle like the one before, below that of its change.
@@ -310,7 +314,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             factor = predicted if accepted else (min(factor, SAFETY) if settled else min(factor, 0.4))
             factor = 0.4 if missed else factor
             factor = share if extreme else factor
-            proposed = length * factor * unit
+            proposed = min(length * factor * unit, w[LONGEST, i])
             last = length >= to_end(w, i)
             w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
             w[FIRST_STEP, i] = proposed if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
@@ -324,7 +328,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             w[GAIN, i] += growing if accepted else 0.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
             # Of one within the step the distance is at least that where the tangents meet.
-            nearest = min(s0 + m0 * meet, s1) if turned else s1
+            nearest = min(lowest, s1) if turned else s1
             doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
             w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
@@ -343,7 +347,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             away = w[SLOPES, i] / w[GROWTH, i]
             remaining = w[DURATION, i] - w[T, i]
             rest = (w[SLOPE, i] == 0.0) & (w[AMPLITUDE, i] == 0.0) & (w[GROWTH, i] < 0.0)
-            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * r)
+            rest = rest & (remaining < math.inf) & (abs(away) <= AT_REST * (w[BASE, i] + w[Y, i]))
             rest = rest & (-w[GROWTH, i] * remaining > RELAXATIONS)
             done = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
@@ -409,6 +413,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         w[AMPLITUDE, i] = amplitude
         w[FREQUENCY, i] = frequency
         w[DURATION, i] = duration
+        w[LONGEST, i] = PART_OF_PERIOD / frequency if frequency > 0.0 else math.inf
 
     @device
     def jump(w, i, E):
@@ -416,7 +421,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         r, p, sigma = w[BASE, i] + w[Y, i], w[P, i], w[SIGMA, i]
         x = critical(r, p, sigma)
         E = abs(E)
-        if r == 1.0 and sigma == 0.0:
+        if (r == 1.0 or p == 0.0) and sigma == 0.0:
             beyond = instant_gap(E, 1.0 + p) <= 0.0
         else:
             carried = load(r, p, sigma, x)
@@ -470,14 +475,20 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         """
         w[T, i] = 0.0
         at_end = False
+        # An elastic film under the field that it fails under, whatever rounding said at the end of the piece before.
+        tie = not fresh and w[P, i] == 0.0 and w[SIGMA, i] == 0.0 and abs(E) >= 1.0
         while True:
-            if not at_end:
+            if not (at_end or tie):
                 if w[PIECE, i] == w[UNTIL, i] and w[HELD, i] < 0.0:
                     return ENDED
                 set_piece(kind, scale, source, columns, cell, w, i)
             target = field_at_end(kind, scale, source, columns, np.int64(w[PIECE, i]), cell) if at_end else w[START, i]
-            if (fresh or target != E) and not jump(w, i, target):
+            target = E if tie else target
+            if (fresh or tie or target != E) and not jump(w, i, target):
                 return JUMPED
+            if tie:
+                tie = False
+                continue
             fresh = False
             E = target
             if at_end:
@@ -492,6 +503,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
             w[STEP, i] = 2.0 * w[TIGHTNESS, i] ** (-0.125) / abs(w[GROWTH, i])
             if w[SLOPES, i] == 0.0 and w[SLOPE, i] != 0.0:
                 w[SCALE, i] = expected_change(w, i)
+        w[STEP, i] = min(w[STEP, i], w[LONGEST, i])
         asked = w[HOLDING, i] > (0.0 if w[DURATION, i] == math.inf else 1.0)
         held = w[SLOPE, i] == 0.0 and w[AMPLITUDE, i] == 0.0 and w[P, i] > ELASTIC
         if asked and held and (abs(E) > 1.0 or w[SIGMA, i] > 0.0):

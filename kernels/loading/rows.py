@@ -59,4 +59,5 @@ LAST_ROOT = 41
 TURN = 42  # a step of length s lasts s (1 + TURN s)
 FLOW = 43  # dr/dT at the new state
 HOLDING = 44  # whether the time to failure under a held field is asked for: 0 no, 1 of one without end, 2 of any
-SLOPES = 45  # dr/ds, one row a stage, the one at the new state last
+LONGEST = 45  # step: part of the period of the sine
+SLOPES = 46  # dr/ds, one row a stage, the one at the new state last

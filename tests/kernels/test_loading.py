@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -260,6 +261,18 @@ def test_pulse_fails_exactly_if_it_is_longer_than_the_time_to_failure_of_the_ste
     fails = step.time_to_failure.values <= width
     assert np.array_equal(status == FAILED, fails) and fails.any() and not fails.all()
     assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-9)
+
+
+def test_pulse_far_longer_than_the_time_to_failure():
+    """A first step in time that is longer than the film lasts leads to states that mean nothing."""
+    m = np.append(4.057396300874038, np.linspace(2.0, 8.0, 999))
+    field = np.append(1.379634921994639, 0.685 * np.sqrt(m[1:]))
+    status, result = sweep([hold(FIELD, 2076.2044441280686), hold(0.0, 0.0)], m=m, field=field, rtol=1e-3)
+    films = {"field": xr.DataArray(field, dims="film"), "modulus_ratio": xr.DataArray(m, dims="film")}
+    step = dm.sweep(dm.Step(), **films)
+    fails = step.time_to_failure.values < 2000.0
+    assert np.array_equal(status == FAILED, fails)
+    assert result[TIME_TO_FAILURE, fails] == pytest.approx(step.time_to_failure.values[fails], rel=1e-3)
 
 
 @pytest.mark.parametrize(("duty", "peak"), [(0.1, 1.788), (0.25, 1.548), (0.5, 1.28519), (0.75, 1.117), (0.9, 1.042)])
@@ -566,6 +579,18 @@ def test_elastic_films_fail_exactly_when_the_field_reaches_the_critical_one():
     assert list(status) == [SURVIVES, FAILED, FAILED]
     assert result[TIME_TO_FAILURE, 1:] == pytest.approx(2.0 / np.array([1.001, 1.5]), rel=1e-10)
     assert result[CRITICAL_STRETCH, 1:] == pytest.approx(2 ** (1 / 3), rel=1e-10)
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-10])
+@pytest.mark.parametrize("repeats", [1, ENDLESS])
+def test_elastic_films_whose_ramp_ends_at_the_critical_field(repeats, rtol):
+    """They fail at its end, whatever rounding makes of its slope."""
+    up = np.array([0.01, 1.0 / 3.0, 0.7, 1.0, 10.0 / 7.0, 3.0, 7.0, 100.3])
+    pieces = [(LINEAR, 0.0, 1.0, (1.0, "up")), hold(1.0, 1.0), (LINEAR, 1.0, 0.0, (1.0, "up"))]
+    status, result = sweep(pieces, m=1.0, repeats=repeats, up=up, rtol=rtol)
+    assert np.all(status == FAILED)
+    assert np.array_equal(result[TIME_TO_FAILURE], up)
+    assert result[CRITICAL_FIELD] == pytest.approx(1.0, rel=1e-15)
 
 
 def test_waveform_of_many_samples():

@@ -362,6 +362,27 @@ def far_points(program: str) -> Iterator[tuple[str, float, float, tuple[float, .
             )
 
 
+#: Films that fail late while the field falls, next to a folded singularity: modulus ratio, pre-stretch, arguments.
+FALLING = {
+    "trapezoid": (
+        (
+            539.5532406804896,
+            2.385265670091909,
+            (0.7666412306081907, 0.0008711046585130645, 0.6691914758326494, 548.8461072263905),
+        ),
+        (137.95207323321503, 1.0, (2.0039561069482317, 0.03930914699119552, 0.0011981312032004461, 145.54874624622673)),
+        (591.774869964684, 1.0, (2.5112524426162275, 0.04268989766653612, 2.0294494657773687, 347.2513122917194)),
+        (671.5452556518181, 1.0, (2.7347631289459593, 48.27410251423178, 0.53386476330136, 272.10910495821673)),
+        (285.9200219607889, 1.0, (2.940242635769079, 0.024970204601701972, 0.05662835246382257, 113.5563419073802)),
+    ),
+    "biased_sine": (
+        (116.4157226948312, 1.0, (1.507820206492456, 6.847469956258795, 1.611449403189927)),
+        (15.470858790191812, 1.0, (1.2402578125059425, 1.8448831753197104, 1.4233966635402682)),
+        (251.0607874739434, 1.0, (0.6079495183305957, 0.9349755513939486, 512.5807953199326)),
+    ),
+}
+
+
 def carried_field(r: Real, p: Real, sigma: Real) -> Real:
     """Return the largest field that a film carries."""
     w = _mp(unknown(r, p, sigma, Real(0))[1])
@@ -382,6 +403,7 @@ def generate() -> None:
                     mine.append(row | {"kind": kind})
                 if len(mine) == wanted:
                     break
+        mine += [certify(program, *point) | {"kind": "falling"} for point in FALLING.get(program, ())]
         print(program, len(mine), file=sys.stderr, flush=True)
         rows += mine
     write(rows)
