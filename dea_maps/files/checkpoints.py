@@ -93,16 +93,22 @@ class Parts:
         Where they are.
     identity : str
         Hash of everything that the chunks depend on.
+    plain : str, optional
+        The same of a sweep from whose chunks those of this one follow: its parts are read as well, see `load`.
     """
 
-    def __init__(self, folder: Path, identity: str) -> None:
+    def __init__(self, folder: Path, identity: str, plain: str | None = None) -> None:
         self.folder = folder
         self.identity = identity
+        self.plain = plain
+
+    def _knows(self, record: _Record) -> bool:
+        return record.identity in {self.identity, self.plain}
 
     def _path(self, number: int) -> Path:
         return self.folder / f"{number:06d}.npz"
 
-    def save(self, number: int, chunks: Chunks, offsets: Sequence[int]) -> None:
+    def save(self, number: int, chunks: Chunks, offsets: Sequence[int], identity: str | None = None) -> None:
         """Write a finished part.
 
         Parameters
@@ -113,6 +119,8 @@ class Parts:
             As the map stores them.
         offsets : sequence of int
             Where in the map, and on the disk, they are; `WITHIN` puts them into the file of the part.
+        identity : str, optional
+            Of the plain sweep, if they are its.
 
         Raises
         ------
@@ -121,7 +129,7 @@ class Parts:
         """
         within = b"".join(chunk for chunk, offset in zip(chunks, offsets, strict=True) if offset == WITHIN)
         record = _Record(
-            self.identity,
+            identity or self.identity,
             number,
             np.array([len(chunk) for chunk in chunks], np.int64),
             np.array([isal_zlib.crc32(chunk) for chunk in chunks], np.uint32),
@@ -152,7 +160,7 @@ class Parts:
         for path in self.folder.glob("*.npz"):
             with suppress(*_DAMAGE):
                 record = _read(path)
-                if record.identity == self.identity and record.placed and path == self._path(record.number):
+                if self._knows(record) and record.placed and path == self._path(record.number):
                     records.append(record)
         try:
             whole = (self.folder / WHOLE).open("r+b")
@@ -164,23 +172,24 @@ class Parts:
             for record in sorted(records, key=lambda record: int(record.offsets.max()), reverse=True):
                 chunks = record.chunks(whole)
                 if chunks is not None:  # else `load` says so
-                    self.save(record.number, chunks, [WITHIN] * len(chunks))
+                    self.save(record.number, chunks, [WITHIN] * len(chunks), record.identity)
                     whole.truncate(int(record.offsets[record.offsets != WITHIN].min()))
 
-    def load(self, number: int, count: int) -> Chunks | None:
+    def load(self, number: int, count: int, plain: int = 0) -> tuple[Chunks, bool] | None:
         """Read a part that an earlier run finished, after `regain`.
 
         Parameters
         ----------
         number : int
             Which.
-        count : int
-            Number of its chunks.
+        count, plain : int
+            Number of its chunks, and of those of the plain sweep.
 
         Returns
         -------
-        sequence of bytes, or None
-            None where there is none, and, with a warning that names the file, where it is not what it should be.
+        (sequence of bytes, bool) or None
+            The chunks, and whether they are those of the plain sweep. None where there is no part, and, with a warning
+            that names the file, where it is not what it should be.
         """
         path = self._path(number)
         if not path.exists():
@@ -189,10 +198,11 @@ class Parts:
         with suppress(*_DAMAGE):
             record = _read(path)
             chunks = record.chunks(None)
-            if record.identity != self.identity:
+            is_plain = record.identity == self.plain
+            if not self._knows(record):
                 fault = "of another sweep"
-            elif chunks is not None and len(chunks) == count and record.number == number:
-                return chunks
+            elif chunks is not None and len(chunks) == (plain if is_plain else count) and record.number == number:
+                return chunks, is_plain
         warnings.warn(f"the part {path} is {fault}: it is computed again", stacklevel=2)
         return None
 
@@ -202,7 +212,7 @@ class Parts:
         for path in sorted(self.folder.glob("*.npz")):
             with suppress(*_DAMAGE):
                 record = _read(path)
-                if record.identity == self.identity:
+                if self._knows(record):
                     numbers.append(record.number)
         return numbers
 
@@ -275,14 +285,14 @@ def check_parts(path: Path) -> int:
 
 
 @contextmanager
-def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
+def locked_parts(path: Path, identity: str, plain: str | None = None) -> Iterator[Parts]:
     """Open the parts of a file for this sweep alone; removed at the end, if all went well or none is there.
 
     Parameters
     ----------
     path : Path
         The file that is to be written.
-    identity : str
+    identity, plain : str
         As in `Parts`.
 
     Yields
@@ -296,7 +306,7 @@ def locked_parts(path: Path, identity: str) -> Iterator[Parts]:
         package's own.
     """
     lock = _locked(path)
-    parts = Parts(folder_of(path), identity)
+    parts = Parts(folder_of(path), identity, plain)
     try:
         (parts.folder / _MARK).touch()
         yield parts

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import h5py
 import numpy as np
-from isal import igzip_lib
+from isal import igzip_lib, isal_zlib
 from numpy.typing import NDArray
 
 Bytes = NDArray[np.uint8]
@@ -40,6 +40,36 @@ def filtered(values: NDArray[np.generic], filters: tuple[int, ...]) -> bytes:
     for number in filters:
         data = _FILTERS[number](data, values.dtype.itemsize)
     return data.tobytes()
+
+
+def restored(stored: bytes, filters: tuple[int, ...], kind: np.dtype[np.generic]) -> NDArray[np.generic]:
+    """Return the values of a chunk from what the file stores of it; the checksum is not looked at.
+
+    Examples
+    --------
+    >>> both = h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE
+    >>> restored(filtered(np.arange(3.0), both), both, np.dtype(float))
+    array([0., 1., 2.])
+    """
+    data = np.frombuffer(stored, np.uint8)
+    for number in reversed(filters):
+        if number == h5py.h5z.FILTER_DEFLATE:
+            data = np.frombuffer(isal_zlib.decompress(data), np.uint8)
+        elif number == h5py.h5z.FILTER_FLETCHER32:
+            data = data[:-4]
+        else:
+            data = _unshuffled(data, kind.itemsize)
+    return data.view(kind)
+
+
+def _unshuffled(data: Bytes, itemsize: int) -> Bytes:
+    """Undo `_shuffled`."""
+    items = data.size // itemsize
+    whole = items * itemsize
+    plain = np.empty_like(data)
+    plain[:whole].reshape(items, itemsize)[:] = data[:whole].reshape(itemsize, items).T
+    plain[whole:] = data[whole:]
+    return plain
 
 
 def _with_checksum(data: Bytes, itemsize: int) -> Bytes:

@@ -33,6 +33,7 @@ from ..sweeps.solve import KERNELS, Solution, default_threads, product_bytes, so
 from .checkpoints import WHOLE, Chunks, Parts, folder_of, locked_parts
 from .digits import described
 from .engines import Arrays, Dask, Pending, Task, Threads, task_of
+from .filters import restored
 from .writer import MapFile
 
 # Cells of a part: at a million a second it takes less than a second, so an interrupt or a crash costs little; and it is
@@ -155,6 +156,11 @@ class Plan:
         cells = map(self.chunks.cells, numbers)
         return numbers.start, [slice(chunk.start - part.start, chunk.stop - part.start) for chunk in cells]
 
+    def identities(self) -> tuple[str, str | None]:
+        """Return the hash of the parts, and that of parts without SI units from whose values these follow."""
+        follows = self.film is not None and not self.film.limited and self.digits is None
+        return self.identity(), replace(self, film=None).identity() if follows else None
+
     def identity(self) -> str:
         """Return a hash of everything that the parts depend on: what is asked, and the code that answers."""
         digest = hashlib.sha256()
@@ -210,7 +216,7 @@ def make_plan(
 
 def finished_parts(plan: Plan) -> list[int]:
     """Return the numbers of the parts that an interrupted run of the same sweep finished."""
-    return Parts(folder_of(Path(os.path.realpath(plan.path))), plan.identity()).finished()
+    return Parts(folder_of(Path(os.path.realpath(plan.path))), *plan.identities()).finished()
 
 
 def estimated_seconds(plan: Plan) -> tuple[float, float]:
@@ -264,7 +270,7 @@ def stream(plan: Plan, *, fresh: bool, on_cells: Callable[[int], object]) -> Non
         With a note of what is kept.
     """
     target = Path(os.path.realpath(plan.path))
-    with locked_parts(target, plan.identity()) as parts:
+    with locked_parts(target, *plan.identities()) as parts:
         if fresh:
             parts.clear()
         temporary = parts.folder / WHOLE
@@ -292,7 +298,8 @@ def _write(
         file = disk.submit(MapFile, temporary, template, names, plan.chunks).result()
         writes: deque[Future[None]] = deque()
         try:
-            for number, arrays, old in _finished(plan, parts, engine, len(names), on_cells):
+            filters = file.storage[names[0]].filters
+            for number, arrays, old in _finished(plan, parts, engine, len(names), filters, on_cells):
                 while len(writes) >= WAITING:
                     writes.popleft().result()
                 first, places = plan.chunks_of(number)
@@ -317,21 +324,40 @@ def _place(parts: Parts, file: MapFile, number: int, first: int, chunks: Mapping
 
 
 def _finished(
-    plan: Plan, parts: Parts, engine: Threads | Dask, variables: int, on_cells: Callable[[int], object]
+    plan: Plan,
+    parts: Parts,
+    engine: Threads | Dask,
+    variables: int,
+    filters: tuple[int, ...],
+    on_cells: Callable[[int], object],
 ) -> Iterator[tuple[int, Arrays, Chunks | None]]:
     """Yield number and values, or chunks that are there, of all parts in order; some are begun ahead of the others."""
-    window: deque[tuple[int, Chunks | None, Pending | None]] = deque()
+    window: deque[tuple[int, tuple[Chunks, bool] | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
-            old = parts.load(number, variables * len(plan.chunks_of(number)[1]))
+            count = len(plan.chunks_of(number)[1])
+            old = parts.load(number, variables * count, len(plan.variables) * count)
             window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
         if window and (len(window) > engine.ahead or number >= plan.parts.count):
-            first, chunks, pending = window.popleft()
+            first, found, pending = window.popleft()
             if pending is not None:
                 yield first, _result(first, plan, pending), None
-            else:
+            elif found is not None:
+                chunks, plain = found
                 on_cells(plan.cells(first))
-                yield first, {}, chunks
+                yield (first, _values(plan, first, chunks, filters), None) if plain else (first, {}, chunks)
+
+
+def _values(plan: Plan, number: int, chunks: Chunks, filters: tuple[int, ...]) -> Arrays:
+    """Return the values of a part from its chunks without SI units."""
+    places = plan.chunks_of(number)[1]
+    values = {}
+    for at, (name, kind) in enumerate(_kinds(plan.variables, plan.dtype).items()):
+        of_variable = chunks[at * len(places) : (at + 1) * len(places)]
+        whole = [restored(chunk, filters, kind) for chunk in of_variable]
+        cut_off = [part[: place.stop - place.start] for part, place in zip(whole, places, strict=True)]
+        values[name] = np.concatenate(cut_off)
+    return values
 
 
 def _ready(chunks: Chunks) -> Future[Chunks]:

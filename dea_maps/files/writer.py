@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import h5py
 import netCDF4
@@ -108,7 +108,6 @@ class MapFile:
             self._file = h5py.File(path, "r+")
             self.storage = {name: _storage(self._file[name]) for name in names}
             self._stored = {name: self._file[name].id for name in names}
-        self._bytes = path.open("rb", buffering=0)
 
     @contextmanager
     def _named(self) -> Iterator[None]:
@@ -162,13 +161,13 @@ class MapFile:
             end. `WITHIN` where it cannot be said, as of chunks so small that HDF5 keeps room for several.
         """
         offsets = []
-        with self._named():
+        with self._named(), self.path.open("r+b", buffering=0) as whole:
             for name, of_variable in chunks.items():
                 for number, chunk in enumerate(of_variable, first):
                     with NETCDF_LOCK:
                         self._put(self._stored[name], number, chunk)
-                    offsets.append(self._end(chunk))
-            os.fsync(self._bytes.fileno())
+                    offsets.append(_end(whole, chunk))
+            os.fsync(whole.fileno())
         return offsets
 
     def _put(self, variable: h5py.h5d.DatasetID, number: int, chunk: bytes) -> None:
@@ -179,17 +178,17 @@ class MapFile:
         else:
             variable.write(h5py.h5s.ALL, h5py.h5s.ALL, np.frombuffer(chunk, variable.dtype))
 
-    def _end(self, chunk: bytes) -> int:
-        """Return the offset of a chunk that the file ends with."""
-        offset = os.fstat(self._bytes.fileno()).st_size - len(chunk)
-        self._bytes.seek(max(offset, 0))
-        return offset if self._bytes.read(len(chunk)) == chunk else WITHIN
-
     def close(self) -> None:
         """Write what is still in memory, the file's directory first of all."""
-        self._bytes.close()
         with NETCDF_LOCK, self._named():
             self._file.close()
+
+
+def _end(whole: BinaryIO, chunk: bytes) -> int:
+    """Return the offset of a chunk that the file ends with."""
+    offset = os.fstat(whole.fileno()).st_size - len(chunk)
+    whole.seek(max(offset, 0))
+    return offset if whole.read(len(chunk)) == chunk else WITHIN
 
 
 def _storage(variable: h5py.Dataset) -> Storage:

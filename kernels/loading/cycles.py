@@ -77,7 +77,7 @@ def _flow(series, x):
 
 @device
 def advance(series, width, floor, most):
-    """Go through the cycles that end in [0, width).
+    """Go through the cycles that end before the last of the points: those that start up to there are survived.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def advance(series, width, floor, most):
     Returns
     -------
     s : float
-        Where the next cycle starts: below ``width``, so that this one is survived as well.
+        Where the next cycle starts: below the last point, so that this one is survived as well.
     cycles : float
     grown : float
         What an error at the start has become, over itself.
@@ -101,15 +101,15 @@ def advance(series, width, floor, most):
         How many cycles were iterated one by one.
     """
     s, cycles, grown, gathered, singles = 0.0, 0.0, 1.0, 0.0, 0
-    scale = 2.0 / width
-    while s < width and cycles < most and singles < SINGLES:
+    scale, end = 2.0 / width, width * POINTS[NODES - 1]
+    while s < end and cycles < most and singles < SINGLES:
         x = scale * s - 1.0
         d = evaluate(series, CHANGE, x)
         if not d > floor:
             break
         slope, bend = evaluate(series, SLOPE, x), evaluate(series, BEND, x)
         uneven = np.sqrt(slope * slope + abs(d * bend))
-        step = min(PART * d / (uneven + 1e-300), width - s)
+        step = min(PART * d / (uneven + 1e-300), end - s)
         gentle = uneven <= GENTLE
         while gentle and step > FEW * d:
             total, late = 0.0, 0.0
@@ -137,7 +137,7 @@ def advance(series, width, floor, most):
             grown = grown * (other / d)
             cycles += whole
         else:
-            if s + d >= width:
+            if s + d >= end:
                 break
             s += d
             gathered = gathered * (1.0 + slope) + 1.0

@@ -4,7 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
-from dea_maps.files.filters import filtered, fletcher32
+from dea_maps.files.filters import filtered, fletcher32, restored
 from dea_maps.files.writer import Storage
 
 FLETCHER, SHUFFLE, DEFLATE = h5py.h5z.FILTER_FLETCHER32, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE
@@ -35,7 +35,9 @@ def test_hdf5_reads_what_was_filtered(filters, kind, cells):
     rng = np.random.default_rng(cells)
     random = rng.integers(-128, 128, cells * np.dtype(kind).itemsize).astype(np.int8).view(kind)
     for values in (random, np.zeros(cells, kind), np.full(cells, -1).astype(kind), np.full(cells, -1, kind)):
-        np.testing.assert_array_equal(read_back(filtered(values, filters), filters, kind, cells), values)
+        stored = filtered(values, filters)
+        np.testing.assert_array_equal(read_back(stored, filters, kind, cells), values)
+        np.testing.assert_array_equal(restored(stored, filters, np.dtype(kind)), values)
 
 
 def test_hdf5_finds_a_changed_bit():

@@ -326,7 +326,7 @@ def test_cycles_beside_the_loss_of_a_limit_cycle_at_a_tangent():
     [(1e-3, 1.0, 0.3, 0.15), (1e-4, 1.0, 0.01, 0.0), (2e-6, 1.0, 0.3, 0.15), (1e-5, 1e-3, 0.5, 0.2)],
 )
 def test_cycles_are_counted_as_by_iteration(least, bend, width, at):
-    """d = least + bend (s - at)**2 (1 + 0.3 s), by direct iteration with compensated sums."""
+    """d = least + bend (s - at)**2 (1 + 0.3 s), by direct iteration with compensated sums, to the last known cycle."""
 
     def change(s):
         return least + bend * (s - at) ** 2 * (1.0 + 0.3 * s)
@@ -336,7 +336,7 @@ def test_cycles_are_counted_as_by_iteration(least, bend, width, at):
     while True:
         step = change(s) - lost
         following = s + step
-        if following >= width:
+        if following >= width * many.POINTS[-1]:
             break
         slopes *= 1.0 + bend * (s - at) * (2.0 * (1.0 + 0.3 * s) + 0.3 * (s - at))
         s, lost, cycles = following, (following - s) - step, cycles + 1
@@ -351,6 +351,22 @@ def test_cycles_are_counted_as_by_iteration(least, bend, width, at):
     if at > 0.0:  # not beyond where d is too small to be counted on
         stop, counted, _, _, _ = many.advance(series, width, 1.5 * least, math.inf)
         assert counted < cycles and stop < at and least <= change(stop) <= 1.5 * least
+
+
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize(
+    ("film", "cycles"),
+    [
+        # Counted by steps of 1e-10 and of 1e-8 alike; the last of them are not known to be survived beforehand.
+        ({"modulus_ratio": 174.5001932637738, "prestretch": 3.522148369640674,
+          "field": 0.4953143378237533, "period": 0.0022417146110758628}, 50911),
+        ({"modulus_ratio": 14.161551535905991, "stress": 4.343686162006723,
+          "field": 0.19679385190847407, "period": 0.00033184880157908223}, 165483),
+    ],
+)  # fmt: skip
+def test_the_last_of_many_cycles_is_not_passed_over(film, cycles, rtol):
+    found = dm.sweep(dm.TriangleTrain(), rtol=rtol, **film)
+    assert found.cycles_to_failure == cycles
 
 
 def averaged_life(m, field, duty):
