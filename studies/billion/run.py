@@ -140,6 +140,7 @@ def as_dataset(run: Run, cells: int, file_bytes: int) -> xr.Dataset:
 def draw(found: xr.Dataset, path: Path) -> None:
     """Draw disk and memory against time, and the time of a cell against the size of the grid."""
     figure, (disk, used, cost) = plt.subplots(3, 1, figsize=(7.0, 7.5), layout="constrained")
+    disk.sharex(used)
     held = found.parts + found.file
     disk.plot(found.time, held.where(held > 0), color="#08306b", label="parts and map")
     disk.plot(found.time, found.parts.where(found.parts > 0), color="#d55e00", ls="--", label="of which files of parts")
