@@ -98,7 +98,7 @@ def summary(data: xr.Dataset, path: Path) -> None:
     groups = measure.groups(data)
     scenes = [name for name in data.scene.values if name in TARGETS]
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4.4), sharey=True, layout="constrained")
-    whose = {"others": "any formulation", "rate": "the paper's own form; OD to PR: told nothing"}
+    whose = {"others": "any formulation", "rate": "the paper's form; OD to PR told nothing"}
     shades = ("#08306b", "#3b7bb5", "#8fbcd9", "#d5e4ef")
     for ax, (group, words) in zip(axes, whose.items(), strict=True):
         for number, accuracy in enumerate(measure.ACCURACIES):

@@ -38,7 +38,7 @@ def main() -> None:
     names = options.scenes or list(measure.QUICK if options.quick else SCENES)
     data = measure.measure(names, options.quick)
     path = options.output / "work_precision.nc"
-    together = with_known(data, path) if options.scenes else data
+    together = with_known(data, path) if options.scenes and path.exists() else data
     encoding = {name: {"zlib": True} for name in ("seconds", "worst", "median", "unanswered", "cases")}
     together.to_netcdf(path, encoding=encoding)
     for name in names:
