@@ -58,18 +58,8 @@ def restored(stored: bytes, filters: tuple[int, ...], kind: np.dtype[np.generic]
         elif number == h5py.h5z.FILTER_FLETCHER32:
             data = data[:-4]
         else:
-            data = _unshuffled(data, kind.itemsize)
+            data = _transposed(data, kind.itemsize, data.size // kind.itemsize)
     return data.view(kind)
-
-
-def _unshuffled(data: Bytes, itemsize: int) -> Bytes:
-    """Undo `_shuffled`."""
-    items = data.size // itemsize
-    whole = items * itemsize
-    plain = np.empty_like(data)
-    plain[:whole].reshape(items, itemsize)[:] = data[:whole].reshape(itemsize, items).T
-    plain[whole:] = data[whole:]
-    return plain
 
 
 def _with_checksum(data: Bytes, itemsize: int) -> Bytes:
@@ -114,14 +104,16 @@ def _folded(total: int) -> int:
 
 def _shuffled(data: Bytes, itemsize: int) -> Bytes:
     """Return the first bytes of all items, then the second ones; what is no whole item stays at the end."""
-    if itemsize == 1:
-        return data
-    items = data.size // itemsize
-    whole = items * itemsize
-    shuffled = np.empty_like(data)
-    shuffled[:whole].reshape(itemsize, items)[:] = data[:whole].reshape(items, itemsize).T
-    shuffled[whole:] = data[whole:]
-    return shuffled
+    return data if itemsize == 1 else _transposed(data, data.size // itemsize, itemsize)
+
+
+def _transposed(data: Bytes, rows: int, columns: int) -> Bytes:
+    """Return a matrix of bytes column by column; what is no whole one stays at the end."""
+    whole = rows * columns
+    turned = np.empty_like(data)
+    turned[:whole].reshape(columns, rows)[:] = data[:whole].reshape(rows, columns).T
+    turned[whole:] = data[whole:]
+    return turned
 
 
 def _deflated(data: Bytes, itemsize: int) -> Bytes:
