@@ -349,7 +349,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes = np.empty((count, NOTES)).T
         values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
-        holding = 2.0 if repeats == 1 else 1.0  # a film that fails in a later cycle outlasts the holds before
+        holding = 2.0 if repeats == 1 else 1.0  # in cycles that a film survives no held piece ends in failure
         for cell in range(count):
             cells[cell] = cell
             status[cell] = RUNNING

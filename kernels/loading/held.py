@@ -122,7 +122,7 @@ def make_hold(law: Law, lanes: int) -> Callable[..., Any]:
     """Make ``hold(scale, source, columns, p, sigma, cells, status, kept, tolerance)``.
 
     Every passage that HOLDS becomes FELL, with T, Y, X those at the instability and the estimated errors of time and r
-    there; or READY, to go through the piece in steps: where it outlasts the piece, without looking for an instability.
+    there; or READY, to go through the piece in steps: where it does not fail in it, without looking for an instability.
     """
     rows, give, prepare, integrate, lowest_rule, unknown = _INTEGRALS[law]
     flow, critical, load = law.flow, law.critical, law.load

@@ -89,8 +89,8 @@ VACANT = -1
 
 # Steps to the instability, by the tangent of D**2, below which stiffness becomes the variable.
 AHEAD = 2.0
-# The same, over what is left of the piece, above which the film is taken to outlast it: the tangent is above the curve
-# where the load rises, and what it misses a step in time finds.
+# The same, over what is left of the piece, above which the film is taken not to fail in it: the tangent is above the
+# curve where the load rises, and what it misses a step in time finds.
 WITHIN = 1.0
 # Length of a step, over that to the instability by the tangent of D**2, halved.
 SHORT_OF = 0.45

@@ -515,7 +515,7 @@ def time_under_a_load_held(r, m, sigma, field):
     ("xi", "sigma", "field"), [(1.2, 0.0, 1.1), (1.05, 0.0, 1.6), (1.4, 1.3683, 0.5), (1.6, 1.3683, 0.6)]
 )
 def test_failure_under_a_load_held_from_any_state(xi, sigma, field):
-    """As a last piece, and as one that the film outlasts or not by a little."""
+    """As a last piece, and as one in which the film fails, or just not."""
     time, end = time_under_a_load_held(xi * xi, 4.0, sigma, field)
     given = {"m": 4.0, "xi": xi, "sigma": sigma, "field": field, "rtol": 1e-10}
     for pieces in ([hold(FIELD, 0.0)], [hold(FIELD, 1.001 * time), hold(0.0, 0.0)]):
