@@ -24,10 +24,13 @@ from ..model import CRITICAL_LOAD
 from ..rising import state as lane
 from ..rising.driver import make_climb_of_cells
 from ..rising.explicit import make_explicit
-from ..rising.start import FIRST_STEP, LARGEST_FIRST_STEP, LARGEST_FLOOR, STABLE_STEP
+from ..rising.start import LARGEST_FLOOR, STABLE_STEP
 from ..rising.state import (
+    DECAY_2,
+    DECAY_4,
     FIELD,
     INVERSE_TOLERANCE,
+    JACOBIAN,
     LANDING,
     OFFSET,
     RATE,
@@ -38,8 +41,10 @@ from ..rising.state import (
     START_STEP,
     START_V,
     START_Y,
+    STIFF,
     TARGET,
     TOP,
+    TRIAL,
     Y_CEILING,
     Y_FLOOR,
     P,
@@ -47,13 +52,24 @@ from ..rising.state import (
 )
 from ..runge_kutta.tableaus import TABLEAUS
 from . import creep
-from .film import FIELD_I, FIELD_T, GAP_I, GAP_T, LOAD_T, W_I, W_T, curvature, first_d, stable_side, unstable_d
-from .slow_manifold import damping_of, entry_at, slow_manifold
+from .film import FIELD_I, FIELD_T, GAP_I, GAP_T, LOAD_T, W_I, W_T, curvature, first_d, unstable_d
+from .slow_manifold import cube_root
+from .start import (
+    CAUTION,
+    FIRST_V,
+    FIRST_Y,
+    FLOOR,
+    LONGEST,
+    OF_FOURTH,
+    OF_SQUARE,
+    REST,
+    SHIFT,
+    STARTS,
+    is_at_rest,
+    make_starts_of,
+    sixteenth_power,
+)
 
-# Rows of what a climb begins with: stretch of the relaxed film without field, state, bound of the first step, factor of
-# one over the tolerance, y_floor, and by how much v**2 exceeds the strain.
-REST, FIRST_V, FIRST_Y, LONGEST, CAUTION, FLOOR, SHIFT = range(7)
-STARTS = 7
 # Rows of how the field is reached at which a film is held; the last: error of the time of failure, by rounding of r.
 REACHED_R, REACHED_D, REACHED_ROUNDING = range(3)
 REACHED = 3
@@ -61,9 +77,6 @@ REACHED = 3
 ROUNDINGS = 32.0 * 2.0**-52
 # Of the accuracy asked of the results; measured, see docs/theory/dead_load.md.
 SHARE = 0.6
-# On the slow manifold: no entry where y is larger, nor so close to the film at rest without field.
-LARGEST_Y = 0.05
-LATEST = 0.9
 # Of a film that creeps: the share of the field of a relaxed film to which `creep.py` takes it at least, the share there
 # of the accuracy asked, or of this one, and the first step after it, over v and the eighth root of the accuracy.
 # Measured, with those of `creep.py`, on 280,000 random films; their cost hardly depends on them.
@@ -74,9 +87,13 @@ STEP_AFTER = 1.3
 LARGEST_V = 0.5
 # Of the time in `_ceiling`: half of that estimate, and some less.
 HOLD_SHARE = 0.4
-# y_floor, of which the cost alone depends, is y where a damping of 1 is left, no farther than this share of the way to
-# the film without field.
-FLOOR_SHARE = 0.5
+# Of y, an error that is bounded by what will decay of it.
+LARGEST_ERROR = 0.01
+# J h at which the error of a step is that of the estimate of order 5 itself. Measured, with the power 3 of J h, on
+# ramps that begin on the slow manifold.
+STIFF_STEP = 4.5
+# Of `rising.state.RisingForm`: without it, every second step next to the instability is rejected.
+AFTER_REJECTION = 0.5
 
 
 @device
@@ -138,27 +155,40 @@ def _event(w, i, v, y, slope):
 
 
 @device
+def _sizes(w, i, v, y, slope):
+    """`rising.state.RisingForm`: an error that will decay by exp(-Phi) may be larger by less than exp(Phi).
+
+    Phi = 16 d**2 (c_2 + c_4 d**2), d = x - x_t, is about (8.13) between a damping of 1 and that of the start.
+    """
+    d = max(1.0 / (1.0 + max(v * v - w[OFFSET, i], 0.0)) - w[TOP, i], 0.0)
+    square = d * d
+    larger = sixteenth_power(1.0 + square * (w[DECAY_2, i] + square * w[DECAY_4, i]))
+    floor = w[Y_FLOOR, i]
+    at_first = min(floor * larger, LARGEST_ERROR * y * w[INVERSE_TOLERANCE, i])
+    allowed = min(max(max(y, floor), at_first), w[Y_CEILING, i])
+    size = min(max(y, slope), max(y, floor))
+    stiff = abs(w[JACOBIAN, i] * w[TRIAL, i])
+    return size, 1.0 + w[STIFF, i] * stiff * stiff * stiff, size / allowed
+
+
+@device
 def _prepare(w, i, rtol, tolerance_factor, damping):
     w[Y_CEILING, i] = max(w[Y_CEILING, i], 0.5 * w[FIELD, i] / w[RATE, i]) + 3e-15 / rtol
     w[INVERSE_TOLERANCE, i] /= tolerance_factor * rtol
+    # The estimate is one of order 5, raised to the power 3/2: a root of it, in a step that is accepted, is the third
+    # one of the tolerance.
+    w[STIFF, i] = cube_root(w[INVERSE_TOLERANCE, i]) / (STIFF_STEP * STIFF_STEP * STIFF_STEP)
     # Where a slow ramp's film leaves the slow manifold, r bends within a distance that its y there measures.
     w[LANDING, i] = w[Y_FLOOR, i] / LARGEST_FLOOR
     v, y = w[START_V, i], w[START_Y, i]
     f = _rhs(w, i, v, y)
     grows = (_rhs(w, i, v, y + DIFFERENCE_STEP * y) - f) / (DIFFERENCE_STEP * y + 1e-300)
-    first = min(LARGEST_FIRST_STEP, FIRST_STEP * np.sqrt(w[Y_FLOOR, i]))
     w[START_SLOPE, i] = f
     w[START_JACOBIAN, i] = grows
-    w[START_STEP, i] = min(STABLE_STEP / abs(grows), w[START_STEP, i]) if y > 0.0 else first
+    w[START_STEP, i] = min(STABLE_STEP / abs(grows), w[START_STEP, i])
 
 
-UNDER_LOAD = RisingForm(_rhs, _look, _event, _prepare)
-
-
-@device
-def is_at_rest(start, sigma):
-    """Whether a film is in equilibrium with its load before the field rises: pre-stretched by it, or free."""
-    return start > 1.0 or sigma == 0.0
+UNDER_LOAD = RisingForm(_rhs, _look, _event, _prepare, _sizes, AFTER_REJECTION)
 
 
 @device
@@ -168,29 +198,6 @@ def write_failure(result, cell, time, w, r, field):
     result[1, cell] = 1.0 / w
     result[2, cell] = np.sqrt(r)
     result[3, cell] = field
-
-
-@device
-def start_of(film, cell, starts, p, sigma, rate, target, damping):
-    """Fill in a column of ``starts``, (STARTS, cells), but REST: on the slow manifold, if a ramp is slow, else at rest.
-
-    ``target`` is e - e_t at which the climb ends.
-    """
-    w_t, load_t = film[W_T, cell], film[LOAD_T, cell]
-    relaxed = 1.0 / starts[REST, cell] - w_t
-    entry = entry_at(w_t, sigma, p, load_t, relaxed, rate, damping)
-    y, u, _, _, G = slow_manifold(w_t, sigma, load_t, rate, entry)
-    z = 1.0 - y
-    nearer = min(entry / np.sqrt(np.sqrt(damping)), FLOOR_SHARE * relaxed)
-    floor, _, _, _, _ = slow_manifold(w_t, sigma, load_t, rate, nearer)
-    excess = p * u * u * y * (1.0 + z + z * z) / z - entry * entry * G
-    late = (entry < LATEST * relaxed) & (y < LARGEST_Y) & (excess < min(target, 1e300))
-    starts[FIRST_V, cell] = np.sqrt((relaxed - entry) / (w_t + entry)) if late else 0.0
-    starts[FIRST_Y, cell] = y if late else 0.0
-    starts[LONGEST, cell] = math.inf
-    starts[CAUTION, cell] = 1.0
-    starts[FLOOR, cell] = min(LARGEST_FLOOR, floor)
-    starts[SHIFT, cell] = 0.0
 
 
 @device
@@ -223,8 +230,10 @@ def make_give(target_of: Callable[..., Any]) -> Callable[..., Any]:
         w[Y_CEILING, j] = _ceiling(film, cell, p, 1.0 / start[cell])
         w[RATE, j] = rate[cell]
         w[FIELD, j] = field[cell] if target < math.inf else math.inf
-        w[INVERSE_TOLERANCE, j] = np.sqrt(1.0 + p) * np.sqrt(np.sqrt(1.0 + p)) * starts[CAUTION, cell]
+        w[INVERSE_TOLERANCE, j] = starts[CAUTION, cell]
         w[SHAPE, j] = square * square * square
+        w[DECAY_2, j] = starts[OF_SQUARE, cell] * square
+        w[DECAY_4, j] = starts[OF_FOURTH, cell] * square * square
         w[TOP, j] = film[W_T, cell] * starts[REST, cell]
         w[SPEED, j] = 2.0 * rate[cell] * np.sqrt(CRITICAL_LOAD) / (square * first)
         w[TARGET, j] = target / square
@@ -271,7 +280,7 @@ def _after_creep(film, cell, films, starts, rtol, reached):
     square = -0.5 * f * of_w * first / (x * x)
     starts[FIRST_V, cell] = np.sqrt(square)
     starts[FIRST_Y, cell] = 1.0 - r * x * x
-    starts[CAUTION, cell] = 2.0 / (r * x * x)
+    starts[CAUTION, cell] *= 2.0 / (r * x * x)
     starts[LONGEST, cell] = STEP_AFTER * np.sqrt(np.sqrt(np.sqrt(rtol))) * min(np.sqrt(square), LARGEST_V)
     starts[SHIFT, cell] = square - strain
     reached[REACHED_R, cell] = r
@@ -323,6 +332,7 @@ def make_rise(target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
     """
     method = make_explicit(TABLEAUS["dop853"], UNDER_LOAD)
     climb_of_cells = make_climb_of_cells(method, make_give(target_of), lanes)
+    starts_of = make_starts_of(target_of, lanes)
     creep_of_cells = creep.make_creep(TABLEAUS["dop853"], lanes)
 
     @device
@@ -348,19 +358,7 @@ def make_rise(target_of: Callable[..., Any], lanes: int) -> Callable[..., Any]:
     def rise(film, field, rate, modulus_ratio, start, sigma, rtol, status, reached, result):
         starts = np.empty((STARTS, status.size))
         risen = np.full((len(lane.REACHED), status.size), math.nan)
-        damping = damping_of(rtol)
-        fresh = 0
-        for cell in range(status.size):
-            starts[REST, cell] = start[cell]
-            fresh += not is_at_rest(start[cell], sigma[cell])
-        if fresh > 0:
-            for cell in range(status.size):
-                w_t = film[W_T, cell]
-                rest = 1.0 / (w_t + stable_side(film[LOAD_T, cell], w_t, 1.0, 1.0, sigma[cell]))
-                starts[REST, cell] = start[cell] if is_at_rest(start[cell], sigma[cell]) else rest
-        for cell in range(status.size):
-            p = modulus_ratio[cell] - 1.0
-            start_of(film, cell, starts, p, sigma[cell], rate[cell], target_of(film, cell, p), damping)
+        fresh = starts_of(film, rate, modulus_ratio, start, sigma, SHARE * rtol, starts)
         if fresh > 0:
             creep_first(film, field, rate, modulus_ratio, start, sigma, rtol, status, starts, reached)
         climb_of_cells((film, starts, field, rate, modulus_ratio, start), SHARE * rtol, status, risen)

@@ -27,8 +27,6 @@ from .state import (
     STEP,
     TARGET,
     TRIAL,
-    Y_CEILING,
-    Y_FLOOR,
     AreaMethod,
     V,
     Y,
@@ -50,7 +48,8 @@ NOTHING, CROSSED, NEAR, TOO_MANY = 0.0, 1.0, 2.0, 3.0
 
 def make_judge(method: AreaMethod) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
-    rhs, look = method.form.rhs, method.form.look
+    rhs, look, sizes = method.form.rhs, method.form.look, method.form.sizes
+    after_rejection = method.form.after_rejection
     error = method.error
     root = method.root
     last = method.last
@@ -62,10 +61,10 @@ def make_judge(method: AreaMethod) -> Callable[..., Any]:
             length = w[TRIAL, i]
             v = w[V, i] + length
             y = w[NEW, i]
-            size = min(max(y, w[Y_FLOOR, i]), w[Y_CEILING, i])
+            size, factor_of_estimate, share = sizes(w, i, v, y, w[last, i])
             inverse = 1.0 / size
-            estimate = error(w, i, length * inverse)
-            relative = estimate * w[INVERSE_TOLERANCE, i]
+            estimate = error(w, i, length * inverse) * factor_of_estimate
+            relative = estimate * (w[INVERSE_TOLERANCE, i] * share)
             climbing = w[STATUS, i] == CLIMBING
             landing = (w[STATUS, i] > CLIMBING) & (w[STATUS, i] < AT_INSTABILITY)
             # Outside 0 < y < 1, where explicit steps that are too long may lead, lie other branches.
@@ -80,7 +79,7 @@ def make_judge(method: AreaMethod) -> Callable[..., Any]:
             now = root(np.float32(max(relative, 1e-12)))
             factor = float(np.sqrt(np.float32(w[PREVIOUS, i])) / now) * SAFETY
             factor = factor if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
-            w[PREVIOUS, i] = now if good else 1.0
+            w[PREVIOUS, i] = now if good else after_rejection
             factor = min(factor, LARGEST_FACTOR if good else SAFETY)
             w[STEP, i] = length * factor if climbing | missed else w[STEP, i]
             w[STATUS, i] = CLIMBING if missed & (length > 0.0) else w[STATUS, i]

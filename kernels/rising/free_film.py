@@ -3,7 +3,7 @@
 from .._jit import device
 from ..forms import area_strain
 from .start import prepare
-from .state import SPEED, P, RisingForm
+from .state import SPEED, Y_CEILING, Y_FLOOR, P, RisingForm
 
 
 @device
@@ -22,4 +22,9 @@ def _event(w, i, v, y, slope):
     return area_strain.event(v, y, slope, w[P, i], w[SPEED, i])
 
 
-FREE = RisingForm(_rhs, _look, _event, prepare)
+@device
+def _sizes(w, i, v, y, slope):
+    return min(max(y, w[Y_FLOOR, i]), w[Y_CEILING, i]), 1.0, 1.0
+
+
+FREE = RisingForm(_rhs, _look, _event, prepare, _sizes, 1.0)

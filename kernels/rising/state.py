@@ -42,8 +42,11 @@ SHAPE = 25  # of a film under a dead load: (w_p)**6, and w_t/w_p
 TOP = 26
 LANDING = 27  # share of the accuracy asked to which an event is met, where the solution bends sharply next to it
 OFFSET = 28  # of a film under a dead load: v**2 less the strain
+DECAY_2 = 29  # of such a film: a sixteenth of the decay of an error still to come, over d**2 and d**4
+DECAY_4 = 30
+STIFF = 31  # and the factor of the third power of J h in the error of a step
 # and the derivatives, one row a stage, the one at the new state last.
-SLOPES = 29
+SLOPES = 32
 
 # What is left of a lane when it is done: rows of the result of a climb.
 REACHED = (V, Y, SLOPES, STEP, LOAD_EXCESS)
@@ -63,12 +66,19 @@ class RisingForm(NamedTuple):
         ``event(w, i, v, y, slope)``: excess, D, dD/dv along the solution, and K = (de/dv)/D, which is positive.
     prepare : callable
         ``prepare(w, i, rtol, tolerance_factor, damping)``: complete what a lane is given, see `start.prepare`.
+    sizes : callable
+        ``sizes(w, i, v, y, slope)``: at the end of a step, the size of y in the estimate of its error, a factor of that
+        estimate, and the size over the one relative to which the error is bounded.
+    after_rejection : float
+        Root of the error, over that allowed, that counts as that of the step before, after one that was rejected.
     """
 
     rhs: Callable[..., Any]
     look: Callable[..., Any]
     event: Callable[..., Any]
     prepare: Callable[..., Any]
+    sizes: Callable[..., Any]
+    after_rejection: float
 
 
 class AreaMethod(NamedTuple):

@@ -3,8 +3,11 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from dea_maps.kernels.dead_load import creep
+from dea_maps.kernels.dead_load.linearised import first_state
 from dea_maps.kernels.dead_load.rise import UNDER_LOAD
 from dea_maps.kernels.rising import state as lane
 
@@ -85,3 +88,33 @@ def test_equation_of_creep_is_that_of_the_paper(m, stress, k, w, r):
     # d(e_C f**2) = of_w dw + of_r dr
     expected = (2 * E_C * f - of_r * flow / k) / of_w
     assert creep.change_of_w(m - 1.0, stress, 1.0 / k, f, w, r) == pytest.approx(float(expected), rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("prestretch", "m", "k", "allowed"),
+    [(1.2, 400.0, 2e-4, 1e-12), (1.2, 400.0, 1e-2, 1e-11), (3.0, 5.0, 1.0, 1e-12), (2.0, 1.01, 1.0, 1e-13)],
+)
+def test_linearised_state_is_that_of_the_paper(prestretch, m, k, allowed):
+    """v and y against the dashpot integrated in time, with the stretch of equilibrium, to the load of that state."""
+    p, sigma = m - 1.0, prestretch - prestretch**-5.0
+    v, y = first_state(prestretch, p, k, allowed)
+    assert v > 0.0 and y > 0.0
+    s = 1.0 + v * v
+    time = float(mp.sqrt(state(p, sigma, 1.0 / (prestretch * s), (1.0 - y) * (prestretch * s) ** 2)[0] / E_C) / k)
+
+    def stretch(time, r):
+        def miss(w):
+            return (1 + p / r) * w**2 - (1 + p * r**2) * w**8 - sigma * w**3 - E_C * (k * time) ** 2
+
+        return 1.0 / brentq(miss, 0.9 / prestretch, 1.01 / prestretch, xtol=1e-16, rtol=1e-15)
+
+    def flow(time, r):
+        z = r[0] / stretch(time, r[0]) ** 2
+        return [2.0 * (1.0 / z - z * z)]
+
+    r = solve_ivp(flow, (0.0, time), [prestretch**2.0], method="DOP853", rtol=1e-12, atol=0.0).y[0, -1]
+    found = stretch(time, r)
+    rounding = 1e-14
+    assert 1.0 - r / found**2 == pytest.approx(y, rel=0.0, abs=50.0 * allowed + rounding)
+    assert found / prestretch - 1.0 == pytest.approx(v * v, rel=1e-3, abs=50.0 * allowed + rounding)
+    assert y > 1000.0 * allowed
