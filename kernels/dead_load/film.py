@@ -188,7 +188,7 @@ def first_d(p, start, w_t, sigma, w_i, gap_i):
 
 
 @device
-def _guess_of_failure(w_t, a_first, d_first, share):
+def guess_of_failure(w_t, a_first, d_first, share):
     """Return a and d between those of a film at first and, roughly, of one that fails just above e_t."""
     a = min(0.5 * w_t * w_t, a_first)
     return a + (a_first - a) * share, d_first * share
@@ -204,9 +204,8 @@ def _step_of_failure(p, a, w_t, sigma, load, gap_t, d):
 
 
 @device
-def quick_failure(p, w_t, sigma, load, gap_t, a_first, d_first, share):
-    """Do what `failure` does in a few iterations, without a bracket; a is NaN where they do not suffice."""
-    a, d = _guess_of_failure(w_t, a_first, d_first, share)
+def quick_failure(p, w_t, sigma, load, gap_t, a_first, a, d):
+    """Do what `failure` does in a few iterations from a guess, without a bracket; also whether they suffice."""
     step = 0.0
     for _ in range(_QUICK):
         r = 1.0 / a
@@ -216,8 +215,7 @@ def quick_failure(p, w_t, sigma, load, gap_t, a_first, d_first, share):
         a = a - step
     for _ in range(_FROM_NEARBY):
         d, _ = _nearer(p, a, 1.0 / a, w_t, sigma, d)
-    settled = (abs(step) <= _SQUARED * a) & (a > 0.0) & (a <= a_first)
-    return (a if settled else math.nan), d
+    return a, d, (abs(step) <= _SQUARED * a) & (a > 0.0) & (a <= a_first)
 
 
 @device
@@ -237,7 +235,7 @@ def failure(p, w_t, sigma, load, gap_t, a_first, d_first, share):
     if spare_load(p, a_first, w_t, sigma, gap_t, d) <= 0.0:
         return a_first, d
     high, low = a_first, 0.0
-    a, d = _guess_of_failure(w_t, a_first, d_first, share)
+    a, d = guess_of_failure(w_t, a_first, d_first, share)
     for _ in range(_ITERATIONS):
         d = unstable_d(p, a, w_t, sigma, d)
         step, spare = _step_of_failure(p, a, w_t, sigma, load, gap_t, d)

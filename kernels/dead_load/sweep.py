@@ -33,6 +33,7 @@ from .film import (
     equilibrium_d,
     failure,
     first_d,
+    guess_of_failure,
     quick_failure,
     stable_side,
 )
@@ -78,8 +79,9 @@ def make_classify(program: Program) -> Callable[..., Any]:
     INVERSE,
     LAST,
     END,
-) = range(hold.HOLD_ROWS, hold.HOLD_ROWS + 13)
-BLOCK = hold.HOLD_ROWS + 13
+    SETTLED,
+) = range(hold.HOLD_ROWS, hold.HOLD_ROWS + 14)
+BLOCK = hold.HOLD_ROWS + 14
 
 
 @device
@@ -102,18 +104,31 @@ def prepare_holds(w):
     """Complete the lanes, whose holds begin at FIRST and INVERSE."""
     lanes = w.shape[1]
     for i in range(lanes):
-        w[END, i], w[LAST, i] = quick_failure(
-            w[RELAXES, i],
-            w[AT, i],
-            w[DEAD_LOAD, i],
-            w[LOAD, i],
-            w[ABOVE, i],
-            w[INVERSE, i],
-            w[FIRST, i],
-            w[SHARE, i],
-        )
+        w[END, i], w[LAST, i] = guess_of_failure(w[AT, i], w[INVERSE, i], w[FIRST, i], w[SHARE, i])
+        w[SETTLED, i] = 0.0
+    # Next to the relaxed threshold some films take twice as many iterations; more in one loop do not vectorise.
+    for _ in range(2):
+        unsettled = 0
+        for i in range(lanes):
+            a, d, settled = quick_failure(
+                w[RELAXES, i],
+                w[AT, i],
+                w[DEAD_LOAD, i],
+                w[LOAD, i],
+                w[ABOVE, i],
+                w[INVERSE, i],
+                w[END, i],
+                w[LAST, i],
+            )
+            w[END, i] = a if w[SETTLED, i] == 0.0 else w[END, i]
+            w[LAST, i] = d if w[SETTLED, i] == 0.0 else w[LAST, i]
+            w[SETTLED, i] = 1.0 if settled else w[SETTLED, i]
+        for i in range(lanes):
+            unsettled += w[SETTLED, i] == 0.0
+        if unsettled == 0:
+            break
     for i in range(lanes):
-        if math.isnan(w[END, i]):
+        if w[SETTLED, i] == 0.0:
             w[END, i], w[LAST, i] = failure(
                 w[RELAXES, i],
                 w[AT, i],
