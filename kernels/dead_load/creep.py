@@ -39,6 +39,9 @@ SLOPES = 16
 SAFETY = 0.9
 SMALLEST_FACTOR = 0.2
 LARGEST_FACTOR = 4.0
+# Root of the error that counts as that of the step before, after one that was rejected: without it, every second step
+# may be rejected while steps shorten.
+AFTER_REJECTION = 0.5
 ATTEMPTS = 3000
 # Changes, relative, over the first step: times the eighth root of the tolerance.
 FIRST_STEP = 1.2
@@ -146,7 +149,7 @@ def make_creep(tableau: Tableau, lanes: int) -> Callable[..., Any]:
             factor = np.sqrt(w[PREVIOUS, i]) / now * SAFETY
             factor = factor if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
             factor = min(factor, LARGEST_FACTOR if good else SAFETY)
-            w[PREVIOUS, i] = now if good else 1.0
+            w[PREVIOUS, i] = now if good else AFTER_REJECTION
             w[STEP, i] = length * factor
             w[COUNT, i] += 1.0
             w[FIELD, i] = f if good else w[FIELD, i]

@@ -92,8 +92,6 @@ LARGEST_ERROR = 0.01
 # J h at which the error of a step is that of the estimate of order 5 itself. Measured, with the power 3 of J h, on
 # ramps that begin on the slow manifold.
 STIFF_STEP = 4.5
-# Of `rising.state.RisingForm`: without it, every second step next to the instability is rejected.
-AFTER_REJECTION = 0.5
 
 
 @device
@@ -188,7 +186,7 @@ def _prepare(w, i, rtol, tolerance_factor, damping):
     w[START_STEP, i] = min(STABLE_STEP / abs(grows), w[START_STEP, i])
 
 
-UNDER_LOAD = RisingForm(_rhs, _look, _event, _prepare, _sizes, AFTER_REJECTION)
+UNDER_LOAD = RisingForm(_rhs, _look, _event, _prepare, _sizes, creep.AFTER_REJECTION)
 
 
 @device
