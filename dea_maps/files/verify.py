@@ -20,6 +20,8 @@ from ..sweeps.parameters import check_values
 from .netcdf import open_map
 
 _BLOCK = 2**22  # cells read at once
+_EARLIER = {("dop853", "length")}
+"""Method and formulation as older files name what is now `area`, of films under a dead load."""
 _FLAGS = {"outcome": words_of(Outcome), "first_limit": words_of(Limit)}
 _OTHER_KINDS = {"allowable_voltage", *GENERAL}
 _AT_LEAST_ONE = {name for name in (*VARIABLES, "breakdown_stretch") if "stretch" in name}
@@ -128,7 +130,7 @@ def _check(ds: xr.Dataset) -> None:
         if name not in ds.coords:
             raise ValueError(f"it lacks {name!r}")
     kinds = kinds_in(ds.coords, ds.attrs)
-    chosen = {(method.name, form) for method in methods() for form in method.formulations}
+    chosen = {(method.name, form) for method in methods() for form in method.formulations} | _EARLIER
     if (ds.attrs["method"], ds.attrs["formulation"]) not in chosen:
         raise ValueError(f"its method is {brief(ds.attrs['method'])} on {brief(ds.attrs['formulation'])}")
     scales_of(ds)  # raises where the film is not described as it should be

@@ -51,7 +51,9 @@ class Method:
     @property
     def serves(self) -> dict[str, tuple[str, ...]]:
         """Names of the loading programs that it serves, by formulation, for films without a dead load."""
-        return {form: tuple(name for name in PROGRAMS if _serves_named(form, name)) for form in self.formulations}
+        return {
+            form: tuple(name for name in PROGRAMS if _serves_named(self.name, form, name)) for form in self.formulations
+        }
 
     @property
     def programs(self) -> tuple[str, ...]:
@@ -95,31 +97,28 @@ TIME = "time"
 """The formulation that serves every program: one equation for the internal stretch, in time."""
 RATE = "rate"
 """The equations as the paper prints them, for comparison: they serve every program as well."""
-LENGTH = "length"
-"""Of films under a dead load and a field that rises: the area-strain form; films that creep begin over the field."""
 _SHAPES: Mapping[str, tuple[str, ...]] = {
     "stretch": ("step",),
     "area": ("ramp", "ramp_hold"),
-    LENGTH: ("ramp", "ramp_hold"),
     "fold": ("step", "ramp", "ramp_hold"),
 }
 """Shapes of programs that a formulation serves, see `dea_maps.programs.Shape`; one that is not here serves all."""
-_DEAD_LOAD: Mapping[str, tuple[bool, ...]] = {"stretch": (False, True), LENGTH: (True,)}
-"""Whether the films of a formulation in `_SHAPES` carry a dead load; those of one that is not here do not."""
+_DEAD_LOAD: Mapping[str, str] = {"stretch": "quadrature", "area": "dop853"}
+"""The method that serves films under a dead load, by the formulation in `_SHAPES`."""
 
 
-def _serves(form: str, program: Program, dead_load: bool) -> bool:
-    """Return whether a formulation serves a program."""
+def _serves(method: str, form: str, program: Program, dead_load: bool) -> bool:
+    """Return whether a method on a formulation serves a program."""
     if form not in _SHAPES:
         return True
     shape = shape_of(program)
-    return shape is not None and shape.name in _SHAPES[form] and dead_load in _DEAD_LOAD.get(form, (False,))
+    return shape is not None and shape.name in _SHAPES[form] and (not dead_load or _DEAD_LOAD.get(form) == method)
 
 
-def _serves_named(form: str, name: str) -> bool:
-    """Return whether a formulation serves every program of a name, for films without a dead load."""
+def _serves_named(method: str, form: str, name: str) -> bool:
+    """Return whether a method on a formulation serves every program of a name, for films without a dead load."""
     made_of_pieces = isinstance(PROGRAMS[name].__dict__.get("pieces"), tuple)
-    return form not in _SHAPES or (made_of_pieces and _serves(form, PROGRAMS[name](), False))
+    return form not in _SHAPES or (made_of_pieces and _serves(method, form, PROGRAMS[name](), False))
 
 
 _WHOLE_REGION = (
@@ -163,8 +162,9 @@ _METHODS = (
         "dop853",
         8,
         "explicit, adaptive",
-        ("area", "fold", LENGTH, TIME, RATE),
-        f"'area': {_WHOLE_REGION}; 'length': {_DEAD_LOAD_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}; 'rate': none",
+        ("area", "fold", TIME, RATE),
+        f"'area': {_WHOLE_REGION}; with a dead load: {_DEAD_LOAD_REGION}; 'time': {_TIME_REGION}; {_FOLD_REGION}; "
+        "'rate': none",
         "Hairer, Norsett and Wanner 1993, section II.10",
     ),
     Method(
@@ -245,7 +245,8 @@ def choose(
     if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:
         raise ValueError(f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL}; got {brief(rtol)}")
     served = {
-        entry.name: [form for form in entry.formulations if _serves(form, program, dead_load)] for entry in _METHODS
+        entry.name: [form for form in entry.formulations if _serves(entry.name, form, program, dead_load)]
+        for entry in _METHODS
     }
     known = {entry.name: entry for entry in _METHODS if served[entry.name]}
     forms = {form for names in served.values() for form in names}

@@ -198,3 +198,12 @@ def test_a_repeated_program_with_every_outcome_is_opened(tmp_path):
     ds.to_netcdf(tmp_path / "map.nc")
     with dm.open(tmp_path / "map.nc") as opened:
         xr.testing.assert_identical(opened.load(), ds)
+
+
+def test_a_map_with_an_earlier_name_of_a_formulation_is_opened(path):
+    ds = dm.sweep(dm.Ramp(), rate=[0.1, 1.0], modulus_ratio=[2.0, 4.0], prestretch=2.0)
+    ds.attrs["formulation"] = "length"
+    ds.to_netcdf(path)
+    with dm.open(path) as opened:
+        xr.testing.assert_identical(opened.load(), ds)
+        dm.charts.failure_curves(opened)

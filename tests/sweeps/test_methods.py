@@ -113,3 +113,12 @@ def test_numpy_numbers_are_numbers():
 def test_a_step_that_leads_nowhere_is_refused_before_computing():
     with pytest.raises(ValueError, match=r"step must be at least 1e-09: .*; got 1e-12"):
         choose(dm.Step(), "rk4", "auto", 1e-6, 1e-12)
+
+
+def test_one_method_serves_a_rising_field_under_a_dead_load():
+    for program in (dm.Ramp(), dm.RampHold()):
+        choice = choose(program, "auto", "auto", 1e-6, None, True)
+        assert (choice.method, choice.formulation) == ("dop853", "area")
+        for method in ("dopri5", "radau5"):
+            with pytest.raises(ValueError, match="must be one of"):
+                choose(program, method, "area", 1e-6, None, True)
