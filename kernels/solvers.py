@@ -8,6 +8,7 @@ import numpy as np
 
 from ._jit import device
 from .hold import near_instant, quadrature
+from .hold.results import read_hold
 from .lane_state import AT_END, BUDGET_SPENT, FAILED, next_cells
 from .model import CRITICAL_LOAD, CRITICAL_U, instant_gap, upper_stiffness
 from .rising import driver as ramp
@@ -17,18 +18,9 @@ from .sweep import CRITICAL_FIELD, CRITICAL_INTERNAL_STRETCH, CRITICAL_STRETCH, 
 
 
 @device
-def _read_hold(w, i, field, cell, result):
-    """Write what a lane found for a cell under a constant field; returns its status."""
-    rest = w[quadrature.FOUND, i]
-    time = w[quadrature.BEFORE, i] + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
-    if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
-        return BUDGET_SPENT
-    result[TIME_TO_FAILURE, cell] = time
+def _stretch_at_failure(w, i):
     beyond = w[quadrature.CENTRE, i] + w[quadrature.HALF, i]
-    result[CRITICAL_STRETCH, cell] = (1.0 + beyond) / np.sqrt(CRITICAL_U)
-    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
-    result[CRITICAL_FIELD, cell] = field
-    return FAILED
+    return (1.0 + beyond) / np.sqrt(CRITICAL_U)
 
 
 @device
@@ -49,7 +41,7 @@ def solve_step(w, status, given, tolerance, step, attempts, found):
             b, end = near_instant.state_at_failure(field, p, gap)
             w[quadrature.FOUND, i] = near_instant.time_to_failure(field, p, b, end, quadrature.start_of_step(field, p))
             w[quadrature.INTERNAL, i] = 1.0 / (1.0 - b)
-        status[i] = _read_hold(w, i, given[FIELD, i], i, found)
+        status[i] = read_hold(w, i, _stretch_at_failure(w, i), given[FIELD, i], i, found)
 
 
 @device
@@ -125,7 +117,7 @@ def make_solve_ramp_hold(method: AreaMethod, lanes: int) -> Callable[..., Any]:
             quadrature.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
-                status[cell] = _read_hold(w, i, field[cell], cell, result)
+                status[cell] = read_hold(w, i, _stretch_at_failure(w, i), field[cell], cell, result)
             count, first = next_cells(status, first, AT_END, cells)
 
     @device

@@ -8,7 +8,8 @@ import numpy as np
 
 from .._jit import Kernel, device
 from ..hold import quadrature
-from ..lane_state import AT_END, BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
+from ..hold.results import read_hold
+from ..lane_state import AT_END, BUDGET_SPENT, FAILS_AT_ONCE, RUNNING, SURVIVES, next_cells
 from ..programs import Program
 from ..sweep import (
     CRITICAL_FIELD,
@@ -153,20 +154,6 @@ def prepare_holds(w):
         )
 
 
-@device
-def read_hold(w, i, field, cell, result):
-    """Write what a lane found for a cell under a constant field; returns its status."""
-    rest = w[quadrature.FOUND, i]
-    time = w[quadrature.BEFORE, i] + (0.0 if rest < 0.0 else rest)  # rounding, where a hold begins at its end
-    if not time < math.inf:  # not as accurate as asked, or beyond what a float can hold
-        return BUDGET_SPENT
-    result[TIME_TO_FAILURE, cell] = time
-    result[CRITICAL_STRETCH, cell] = 1.0 / w[hold.UNSTABLE_W, i]
-    result[CRITICAL_INTERNAL_STRETCH, cell] = np.sqrt(w[quadrature.INTERNAL, i])
-    result[CRITICAL_FIELD, cell] = field
-    return FAILED
-
-
 def make_solve_step(lanes: int) -> Callable[..., Any]:
     """Make the solver of `make_sweep` for a field applied at once and held."""
 
@@ -204,7 +191,7 @@ def make_solve_step(lanes: int) -> Callable[..., Any]:
                     w[quadrature.FOUND, i] = time
                     w[quadrature.INTERNAL, i] = r + b
                     w[hold.UNSTABLE_W, i] = w_i + end
-                status[cell] = read_hold(w, i, field[cell], cell, result)
+                status[cell] = read_hold(w, i, 1.0 / w[hold.UNSTABLE_W, i], field[cell], cell, result)
             count, following = next_cells(status, following, RUNNING, cells)
 
     return solve_step
@@ -262,7 +249,7 @@ def make_solve_ramp_hold(lanes: int) -> Callable[..., Any]:
             hold.integrate(w, rule, tolerance)
             for i in range(count):
                 cell = cells[i]
-                status[cell] = read_hold(w, i, field[cell], cell, result)
+                status[cell] = read_hold(w, i, 1.0 / w[hold.UNSTABLE_W, i], field[cell], cell, result)
                 # Where all is over at once after a fast ramp, the rounding of r counts.
                 rounding = reached[rise.REACHED_ROUNDING, cell]
                 lost = rounding > tolerance * w[quadrature.TIME, i] + tolerance * (field[cell] / rate[cell])
