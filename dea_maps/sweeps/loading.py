@@ -96,6 +96,46 @@ def arrays_of(table: Table, given: Parameters) -> Arrays:
     return table.kind, table.scale, table.source, columns, table.repeats, table.once
 
 
+def order_to_share(program: Program, parameters: Parameters) -> tuple[int, ...]:
+    """Return the dimensions of a grid in the order that lets consecutive cells begin alike for longest.
+
+    Those on which the film depends come first, then those of the first piece, and so on. The order is the grid's own
+    where no cells have in common what takes time.
+
+    Parameters
+    ----------
+    program : Program
+        The loading program.
+    parameters : mapping of str to ndarray
+        Of one shape, with stride zero along dimensions on which they do not depend.
+
+    Examples
+    --------
+    >>> from dea_maps.programs import Overdrive
+    >>> from dea_maps.sweeps.grid import make_grid
+    >>> grid = make_grid(Overdrive(), field=[0.8, 1.2], overdrive_field=[1.5, 2.0], overdrive_time=0.1,
+    ...                  modulus_ratio=[3.0, 4.0])
+    >>> list(grid.dims), order_to_share(grid.program, grid.parameters)
+    (['field', 'overdrive_field', 'modulus_ratio'], (2, 1, 0))
+    """
+    pieces = () if isinstance(program, Waveform) else program.pieces
+    first_use: dict[str, int] = {}
+    for number, piece in enumerate(pieces):
+        for name in piece.arguments():
+            first_use.setdefault(name, number)
+    lasting = next((number for number, piece in enumerate(pieces) if not isinstance(piece, Jump)), 0)
+    shape = parameters["modulus_ratio"].shape
+    uses = [
+        min(
+            (first_use.get(name, -1) for name, array in parameters.items() if size > 1 and array.strides[dim] != 0),
+            default=-1,
+        )
+        for dim, size in enumerate(shape)
+    ]
+    natural = tuple(range(len(shape)))
+    return tuple(sorted(natural, key=uses.__getitem__)) if max(uses, default=0) > lasting else natural
+
+
 class _Multiple(NamedTuple):
     scale: float
     column: int = 0

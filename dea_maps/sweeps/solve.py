@@ -26,7 +26,7 @@ from ..pieces import Argument
 from ..programs import Program, shape_of
 from .chunks import cut
 from .dead_load import film_of, has_dead_load
-from .loading import SINE, arrays_of, field_at, repetition_starts, table_of
+from .loading import SINE, arrays_of, field_at, order_to_share, repetition_starts, table_of
 from .methods import RATE, TIME, Choice, choose
 from .product import Product, product_of
 
@@ -133,14 +133,23 @@ def solve(
         # The kernels of films under a dead load are as long as those of the longest method.
         seconds = max(COMPILE_SECONDS.values()) if choice.dead_load else COMPILE_SECONDS[choice.method]
         _prepare((kernel,), program.name, seconds)
-        parts = cut(shape, CHUNK)
+        order = order_to_share(program, parameters)
+        natural = order == tuple(range(len(shape)))
+        ordered = {name: values.transpose(order) for name, values in parameters.items()}
+        outcomes = outcome.reshape(shape).transpose(order)
+        ordered_result = result.reshape(rows, *shape).transpose(0, *(1 + dim for dim in order))
+        parts = cut(outcomes.shape, CHUNK)
 
         def compute(number: int) -> int:
-            part = parts.cells(number)
-            given = {name: np.atleast_1d(values[parts.index(number)]).flatten() for name, values in parameters.items()}
+            part, index = parts.cells(number), parts.index(number)
+            given = {name: np.atleast_1d(values[index]).flatten() for name, values in ordered.items()}
             status = np.empty(part.stop - part.start, np.int8)
-            kernel(*arguments(given), status, result[:, part])
-            outcome[part] = _OUTCOMES[status]
+            found = result[:, part] if natural else np.empty((rows, status.size))
+            kernel(*arguments(given), status, found)
+            verdicts = outcomes[(*index, ...)]
+            verdicts[...] = _OUTCOMES[status].reshape(verdicts.shape)
+            if not natural:
+                ordered_result[(slice(None), *index, ...)] = found.reshape(rows, *verdicts.shape)
             return status.size
 
         _in_threads(compute, range(parts.count), on_cells, threads)

@@ -32,6 +32,7 @@ from .results import (
 )
 from .rows import (
     BASE,
+    BEGINS,
     DOUBT,
     ENDED,
     ERROR,
@@ -61,6 +62,7 @@ from .rows import (
     X,
     Y,
 )
+from .together import find_shared, set_out_together, take_over
 
 LANES = 16
 SIGNATURE = (
@@ -142,7 +144,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             kept[row, cell] = 0.0
         kept[PIECE, cell] = first
         kept[UNTIL, cell] = until
-        kept[T, cell] = -1.0
+        kept[T, cell] = BEGINS
         kept[BASE, cell] = r
         kept[X, cell] = field
         kept[TIGHTNESS, cell] = tightness
@@ -159,7 +161,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[SCALE, passage] = notes[USUAL_CHANGE, cell]
 
     @device
-    def begin(kept, notes, cell, r, once, pieces, tightness, resolution):
+    def begin(kept, notes, cell, r, last, tightness, resolution):
         """Set a cell at t = 0."""
         for row in range(NOTES):
             notes[row, cell] = 0.0
@@ -167,7 +169,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[NEXT_SAMPLING, cell] = BEFORE_MANY
         notes[LARGEST, cell] = math.inf
         notes[FAILING, cell] = math.inf
-        set_out(kept, cell, r, 0.0, 0, once if once > 0 else pieces, tightness, resolution, False)
+        set_out(kept, cell, r, 0.0, 0, last, tightness, resolution, False)
 
     @device
     def go_back(kept, notes, cell, field, once, pieces, resolution):
@@ -349,6 +351,11 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes = np.empty((count, NOTES)).T
         values, series = np.empty(NODES), np.empty((3, NODES))
         resolution = 0.1 * tolerance
+        shared, joint = np.empty(count, np.int64), np.empty(count, np.int64)
+        fresh = np.ones(count, np.bool_)
+        last = once if once > 0 else pieces
+        uses = np.empty(columns.shape[0], np.int64)
+        find_shared(scale, source, columns, modulus_ratio, start_stretch, dead_load, last, shared, uses)
         holding = 2.0 if repeats == 1 else 1.0  # in cycles that a film survives no held piece ends in failure
         for cell in range(count):
             cells[cell] = cell
@@ -356,8 +363,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             for row in range(RESULTS):
                 result[row, cell] = math.nan
             r = start_stretch[cell] * start_stretch[cell]
-            begin(kept, notes, cell, r, once, pieces, 1.0 / (SHARE * min(tolerance, LOOSEST)), resolution)
-            state[cell] = READY
+            begin(kept, notes, cell, r, last, 1.0 / (SHARE * min(tolerance, LOOSEST)), resolution)
         while True:
             used = count
             for cell in range(count if repeats != 1 else 0):
@@ -375,6 +381,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             state[used] = READY
                             cells[used] = cell
                             used += 1
+            branch = set_out_together(shared, last, joint, fresh, state, kept)
             while True:
                 march(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept, holding)
                 near, holds = 0, 0
@@ -382,7 +389,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     near += state[passage] == NEAR
                     holds += state[passage] == HOLDS
                 if near == 0 and holds == 0:
-                    break
+                    if branch == last:
+                        break
+                    branch = take_over(branch, last, joint, state, kept)
                 if near > 0:
                     finish(kind, scale, source, columns, p, dead_load, cells[:used], state[:used], kept)
                 if holds > 0:
@@ -476,7 +485,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0
                             kept[HELD, cell] = held
-                            kept[T, cell] = -1.0
+                            kept[T, cell] = BEGINS
                             kept[X, cell] = held
                             kept[STEP, cell] = 0.0
                             state[cell] = READY
@@ -596,8 +605,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         status[cell] = BUDGET_SPENT
                         continue
                     r = start_stretch[cell] * start_stretch[cell]
-                    begin(kept, notes, cell, r, once, pieces, min(allowed, LARGEST_TIGHTNESS), resolution)
-                    state[cell] = READY
+                    begin(kept, notes, cell, r, last, min(allowed, LARGEST_TIGHTNESS), resolution)
+                    fresh[cell] = True
                 running += 1
             if running == 0:
                 break

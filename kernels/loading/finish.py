@@ -163,7 +163,8 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             _, a = time_errors(w, i, length / long)
             _, b = change_errors(w, i, length / size)
             relative = max(a, b) * w[TIGHT, i]
-            good = (w[BAD_, i] == 0.0) & (relative <= 1.0) & (r > 0.0)
+            # A lane that is done waits for the others as it is.
+            good = (length > 0.0) & (w[BAD_, i] == 0.0) & (relative <= 1.0) & (r > 0.0)
             factor = factor_of(relative)
             factor = factor if good else (min(factor, SAFETY) if w[BAD_, i] == 0.0 else 0.3)
             rest = max(w[STIFFNESS, i] - length, 0.0) if good else w[STIFFNESS, i]

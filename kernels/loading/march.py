@@ -24,6 +24,7 @@ from .rows import (
     BAD,
     BARRED,
     BASE,
+    BETWEEN,
     COUNT,
     DOUBT,
     DURATION,
@@ -593,6 +594,9 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                         w[EVENT, i] = NOTHING
                         enters = put(kind, scale, source, columns, p, sigma, cells, kept, w, i, passage)
                         E, fresh = w[X, i], True
+                        if w[T, i] == BETWEEN:
+                            before = np.int64(w[PIECE, i]) - 1
+                            E, fresh = field_at_end(kind, scale, source, columns, before, cells[passage]), False
                     if enters:
                         state = enter(kind, scale, source, columns, cells[passage], w, i, E, fresh)
                     if state != READY:

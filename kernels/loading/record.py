@@ -20,6 +20,7 @@ from .rows import (
     BAD,
     BARRED,
     BASE,
+    BEGINS,
     DURATION,
     ENDED,
     ERROR,
@@ -121,7 +122,7 @@ def make_record(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         E = field_at_end(kind, scale, source, columns, kind.size - 1, film)
         kept[BASE, film] += kept[Y, film]
         kept[Y, film] = 0.0
-        kept[T, film] = -1.0
+        kept[T, film] = BEGINS
         kept[X, film] = E
         kept[OFFSET, film] = 0.0
         if cycles[film] == repeats:

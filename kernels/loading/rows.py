@@ -12,7 +12,7 @@ HOLDS = 7  # at the start of a held field under which it may fail: an integral, 
 
 # What is kept, one row each; a passage goes once through the pieces.
 PIECE = 0
-T = 1  # time within the piece
+T = 1  # time within the piece; or one of the next two
 OFFSET = 2  # time at the start of the piece, within the passage
 BASE = 3  # r = xi**2 at the start of the passage
 Y = 4  # r - BASE
@@ -35,6 +35,10 @@ SCALE = 20  # least change of r to which errors are relative: that of the cycle 
 FIRST_STEP = 21  # that follows from the error of the first step accepted
 PENDING = 22  # the same where the film last came closer: counts as soon as it gets past
 KEPT = 23
+
+# Instead of a time: about to begin, X being the field before; between two pieces, X being that at the end of the first.
+BEGINS = -1.0
+BETWEEN = -2.0
 
 # Of a lane: what follows from the above, and what it is given,
 NEW = 23

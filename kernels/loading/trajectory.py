@@ -17,6 +17,7 @@ from .rows import (
     BAD,
     BARRED,
     BASE,
+    BEGINS,
     DURATION,
     ENDED,
     ERROR,
@@ -92,7 +93,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 stretch[cell, :] = math.nan
                 internal_stretch[cell, :] = math.nan
                 kept[:, 0] = 0.0
-                kept[T, 0] = -1.0
+                kept[T, 0] = BEGINS
                 kept[BASE, 0] = start_stretch[cell] * start_stretch[cell]
                 kept[TIGHTNESS, 0] = tightness
                 kept[RESOLUTION, 0] = math.inf  # extremes on the way are of no interest
@@ -108,7 +109,7 @@ def make_trajectory(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         kept[:, 0] = w[:KEPT, 0]
                         kept[BASE, 0] = w[BASE, 0] + w[Y, 0]
                         kept[Y, 0] = 0.0
-                        kept[T, 0] = -1.0
+                        kept[T, 0] = BEGINS
                         kept[X, 0] = E
                         kept[OFFSET, 0] = 0.0
                         if cycles == repeats:

@@ -10,7 +10,7 @@ from dea_maps.general.film import Loads, integrated
 from dea_maps.general.free_energy import CRITICAL_FIELD, State, det_hessian, equations_of_state, hessian
 from dea_maps.general.integrate import TIME
 from dea_maps.kernels import lane_state, model, solvers
-from dea_maps.kernels.build import sweep_for
+from dea_maps.kernels.build import CLIMB_LANES, sweep_for
 from dea_maps.kernels.forms import FORMULATIONS
 from dea_maps.kernels.forms.area_strain import rhs
 from dea_maps.kernels.forms.formulation import SECOND, THIRD
@@ -36,6 +36,7 @@ from dea_maps.sweeps.solve import _kernel as kernel_of
 from dea_maps.sweeps.solve import solve
 
 __all__ = [
+    "CLIMB_LANES",
     "CRITICAL_FIELD",
     "FORMULATIONS",
     "KERNEL_PROGRAMS",

@@ -1,8 +1,8 @@
 """How close the kernels come to what one core does with their right-hand sides alone.
 
 The limit is measured: evaluations per second of the slope of a ramp, and of the integrand of a constant field, in a
-loop over a block of 16 lanes that does nothing else. What a trajectory takes is counted, by the kernels run as plain
-Python.
+loop over a block of as many lanes as the kernel has that does nothing else. What a trajectory takes is counted, by the
+kernels run as plain Python.
 """
 
 import time
@@ -13,6 +13,7 @@ import grids
 import numba
 import numpy as np
 from common.internals import (
+    CLIMB_LANES,
     LANES,
     RESULTS,
     TABLEAUS,
@@ -40,17 +41,17 @@ OPTIONS = {"error_model": "numpy", "fastmath": {"nsz"}}
 
 @numba.njit(**OPTIONS)
 def _slopes(blocks: int) -> float:
-    w = np.empty((4 + STAGES, LANES))
-    for i in range(LANES):
+    w = np.empty((4 + STAGES, CLIMB_LANES))
+    for i in range(CLIMB_LANES):
         w[0, i] = 0.3 + 0.01 * i  # v
         w[1, i] = 0.1 + 0.01 * i  # y
         w[2, i] = 1.0 + 0.3 * i  # p
         w[3, i] = 0.1 * (1.0 + i)  # speed
     for _ in range(blocks):
         for stage in range(STAGES):
-            for i in range(LANES):
+            for i in range(CLIMB_LANES):
                 w[4 + stage, i] = rhs(w[0, i] + 1e-3 * stage, w[1, i], w[2, i], w[3, i])
-        for i in range(LANES):
+        for i in range(CLIMB_LANES):
             w[1, i] += 1e-12 * w[4, i]
     return w.sum()
 
@@ -86,7 +87,7 @@ def evaluations_per_second(program: str, blocks: int) -> float:
     if program == "step":
         nodes = np.polynomial.legendre.leggauss(STAGES)[0]
         return blocks * nodes.size * LANES / _best(lambda: _nodes(blocks, nodes))
-    return blocks * STAGES * LANES / _best(lambda: _slopes(blocks))
+    return blocks * STAGES * CLIMB_LANES / _best(lambda: _slopes(blocks))
 
 
 def trajectories_per_second(program: str, cells: int, rtol: float) -> float:

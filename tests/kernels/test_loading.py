@@ -13,9 +13,12 @@ from scipy.optimize import brentq
 
 import dea_maps as dm
 from dea_maps.kernels import lane_state as lanes
-from dea_maps.kernels.loading import build
+from dea_maps.kernels.loading import build, rows
 from dea_maps.kernels.loading import cycles as many
-from dea_maps.kernels.loading.pieces import ENDLESS, LINEAR, SINE
+from dea_maps.kernels.loading.finish import make_finish
+from dea_maps.kernels.loading.law import FREE
+from dea_maps.kernels.loading.march import make_march
+from dea_maps.kernels.loading.pieces import ENDLESS, LINEAR, LINEAR_ONLY, SINE
 from dea_maps.kernels.loading.results import (
     CRITICAL_FIELD,
     CRITICAL_INTERNAL_STRETCH,
@@ -587,6 +590,25 @@ def test_a_cell_depends_on_itself_alone():
         own_status, own_result = sweep(PULSE_TRAIN, repeats=ENDLESS, **own)
         assert own_status[0] == status[cell]
         np.testing.assert_array_equal(own_result[:, 0], result[:, cell])
+
+
+def test_a_finish_that_waits_for_others_stays_as_it_is():
+    """The estimated errors, too, which decide whether a cell begins anew."""
+    kind, scale, source, columns = tables([(LINEAR, 0.0, 9.0, (1.0, "up"))], {"up": np.array([90.0, 9.0, 0.09])}, 3)
+    film = np.array([3.0, 5.0, 1.0]), np.zeros(3), np.arange(3)
+    kept, status = np.zeros((rows.KEPT, 3)), np.full(3, rows.READY, np.int8)
+    kept[rows.UNTIL] = kept[rows.BASE] = 1.0
+    kept[rows.T], kept[rows.HELD] = rows.BEGINS, -1.0
+    kept[rows.TIGHTNESS] = 3e10
+    kept[[rows.RESOLUTION, rows.LEAST, rows.MOST]] = math.inf
+    with np.errstate(all="ignore"):
+        make_march(FREE, LINEAR_ONLY, 3)(kind, scale, source, columns, *film, status, kept, 2.0)
+        assert np.all(status == rows.NEAR)
+        alone, alone_status = kept.copy(), status.copy()
+        make_finish(FREE, LINEAR_ONLY, 3)(kind, scale, source, columns, *film, status, kept)
+        make_finish(FREE, LINEAR_ONLY, 1)(kind, scale, source, columns, *film, alone_status, alone)
+    assert np.all(status == rows.FELL)
+    assert kept.tobytes() == alone.tobytes()
 
 
 def test_elastic_films_fail_exactly_when_the_field_reaches_the_critical_one():

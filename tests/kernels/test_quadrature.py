@@ -270,7 +270,7 @@ def cells(count):
 CELLS = cells(11 if numba.config.DISABLE_JIT else 203)
 
 
-def run(program, columns, rtol, lanes=sweep.LANES):
+def run(program, columns, rtol, lanes=None):
     """All rows of the result of a compiled sweep over cells, the status last."""
     kernel = build.sweep_for(program, *KERNELS[program], lanes=lanes)
     status = np.empty(columns[0].size, np.int8)
