@@ -33,7 +33,8 @@ SHOWN = 1e-7
 
 def main() -> None:
     """Measure, draw, write, print."""
-    options = study_parser(__file__, __doc__, quick="few tolerances, scenes, amounts, differences and states").parse_args()
+    words = "few tolerances, scenes, amounts, differences and states"
+    options = study_parser(__file__, __doc__, quick=words).parse_args()
 
     scenes = QUICK_SCENES if options.quick else list(amounts.SCENES)
     taken = QUICK_AMOUNTS if options.quick else amounts.AMOUNTS
