@@ -22,9 +22,10 @@ DOTS_PER_INCH = 120
 
 def costs(data: xr.Dataset, path: Path) -> None:
     """Draw time per film against error at failure, a panel for each scene."""
+    styles = {amount: STYLES[amount] for amount in data.amount.values}
     figure, axes = plt.subplots(2, 4, figsize=(11.0, 5.6), sharex=True, sharey=True, layout="constrained")
     for ax, scene in zip(axes.flat, data.scene.values, strict=False):
-        for amount, (colour, marker) in STYLES.items():
+        for amount, (colour, marker) in styles.items():
             part = data.sel(scene=scene, amount=amount)
             if part.error.isnull().all():
                 continue
@@ -43,7 +44,7 @@ def costs(data: xr.Dataset, path: Path) -> None:
     axes.flat[-1].set_axis_off()
     handles = [
         Line2D([], [], color=colour, marker=marker, mfc="white", ms=5, lw=1.0, label=amount)
-        for amount, (colour, marker) in STYLES.items()
+        for amount, (colour, marker) in styles.items()
     ]
     axes.flat[-1].legend(handles=handles, loc="center", frameon=False, title="amount of model", fontsize=9)
     figure.savefig(path, dpi=DOTS_PER_INCH)

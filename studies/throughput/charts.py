@@ -83,7 +83,8 @@ def starts(data: xr.Dataset, path: Path) -> None:
     """Draw how long a small sweep takes from the start of its process."""
     figure, ax = plt.subplots(figsize=(6.0, 2.9), layout="constrained")
     names = list(data.started.values)
-    for number, (state, colour) in enumerate((("cold", "#08306b"), ("warm", "#7fb8dd"))):
+    for number, state in enumerate(data.state.values):
+        colour = {"cold": "#08306b", "warm": "#7fb8dd"}[state]
         seconds = data.start.sel(state=state).values
         where = np.arange(len(names)) + 0.38 * (number - 0.5)
         words = {"cold": "cold: nothing compiled yet", "warm": "warm: machine code on disk"}[state]

@@ -23,7 +23,7 @@ QUICK_RTOLS = (1e-3, 1e-6, 1e-12)
 
 def main() -> None:
     """Measure, draw, write, print."""
-    parser = study_parser(__file__, __doc__, quick="small grids, one program")
+    parser = study_parser(__file__, __doc__, quick="small grids, one program, no start that compiles")
     parser.add_argument("--huge", action="store_true", help="up to 1e8 cells, which takes 4 GB of memory or more")
     options = parser.parse_args()
     quick = options.quick
@@ -35,7 +35,7 @@ def main() -> None:
         measure.limits(*((2_000, 20, 2_000) if quick else (100_000, 200, 100_000)), rtols),
         measure.sizes(programs, powers, (1, 2)),
         measure.accuracies(programs, 10_000 if quick else 1_000_000, rtols),
-        measure.starts(programs),
+        measure.starts(programs, ("warm",) if quick else ("cold", "warm")),
     ]
     data = xr.merge(parts).sortby("rtol", ascending=False)
     data.attrs["title"] = "Throughput of dea_maps"
@@ -66,10 +66,11 @@ def print_sizes(data: xr.Dataset) -> None:
             memory = data.memory.sel(program=program, threads=threads).values
             print(f"| {program} | {threads} |", " | ".join(f"{value:.0f}" for value in memory), "|")
     print(f"\nunresolved cells: {int(data.unresolved.sum())}")
-    print("\n| process that sweeps 100 cells | cold, s | warm, s |\n|---|---|---|")
+    print("\n| process that sweeps 100 cells |", " | ".join(f"{state}, s" for state in data.state.values), "|")
+    print("|---|" + "---|" * data.sizes["state"])
     for program in data.started.values:
-        cold, warm = data.start.sel(started=program).values
-        print(f"| {program} | {cold:.1f} | {warm:.1f} |")
+        seconds = data.start.sel(started=program).values
+        print(f"| {program} |", " | ".join(f"{value:.1f}" for value in seconds), "|")
 
 
 def print_limits(data: xr.Dataset) -> None:
