@@ -96,7 +96,7 @@ def _any_turn(t, frequency, zero):
         return math.inf
     phase = frequency * t
     following = _next(phase, 0.25, 0.5)
-    if zero == zero:
+    if not math.isnan(zero):
         following = min(following, _next(phase, zero, 1.0), _next(phase, 0.5 - zero, 1.0))
     return following / frequency
 
