@@ -395,6 +395,7 @@ class Passages:
             self._kept[passage_rows.PIECE], self._kept[passage_rows.UNTIL] = self._once, table.kind.size
             end = np.nextafter(repetition_starts(program, parameters, np.ones(size)), 0.0)
             self._kept[passage_rows.X] = field_at(program, parameters, end[:, np.newaxis])[:, 0]
+        self._kept[passage_rows.GAIN] = 1.0
         self._kept[passage_rows.TIGHTNESS] = 1.0 / (SHARE * rtol)
         self._kept[passage_rows.RESOLUTION] = self._kept[passage_rows.LEAST] = np.inf
 
@@ -434,7 +435,7 @@ class Passages:
     @property
     def change(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """How much xi**2 has changed since the start of the repetition, and its derivative by that at the start."""
-        return self._kept[passage_rows.Y], np.exp(self._kept[passage_rows.GAIN])
+        return self._kept[passage_rows.Y], self._kept[passage_rows.GAIN]
 
     @property
     def time(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

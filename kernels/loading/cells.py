@@ -44,6 +44,8 @@ from .rows import (
     JUMPED,
     KEPT,
     LEAST,
+    LEAST_ERROR,
+    LEAST_SLOPE,
     MOST,
     NEAR,
     OFFSET,
@@ -125,7 +127,9 @@ ONE_BY_ONE = 20  # passages through a cycle
 USUAL_STEP = 21  # first step of a cycle, and its change of r
 USUAL_CHANGE = 22
 FAILING = 23  # least r known whose cycle is not survived
-NOTES = 24
+LARGEST_ERROR = 24  # relative error of the stretch at LARGEST, and of those of the limit cycle
+LIMIT_ERROR = 25
+NOTES = 26
 
 
 def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
@@ -152,6 +156,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[LEAST, cell] = math.inf
         kept[MOST, cell] = 0.0 if smallest else math.inf
         kept[HELD, cell] = -1.0
+        kept[GAIN, cell] = 1.0
 
     @device
     def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution, smallest):
@@ -223,14 +228,22 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         result[CRITICAL_FIELD, cell] = field
         result[LARGEST_STRETCH, cell] = stretch(min(notes[LARGEST, cell], kept[LEAST, cell], x))
         excess = max(time_error / (time + 1e-300), field_error, 0.5 * kept[ERROR, cell] / r) / tolerance
+        # Where the stretch was larger on the way, by more than is allowed.
+        if min(notes[LARGEST, cell], kept[LEAST, cell]) < x * (1.0 - tolerance):
+            earlier = notes[LARGEST, cell] < kept[LEAST, cell]
+            excess = max(excess, (notes[LARGEST_ERROR, cell] if earlier else kept[LEAST_ERROR, cell]) / tolerance)
         return max(excess, kept[DOUBT, cell] / DOUBTFUL)
 
     @device
-    def write_survival(kept, notes, cell, result):
-        """Write the limit cycle."""
+    def write_survival(notes, tolerance, cell, result):
+        """Write the limit cycle; by how much its errors exceed what is allowed."""
         result[STEADY_STRETCH_MAX, cell] = stretch(notes[LIMIT_LEAST, cell])
         result[STEADY_STRETCH_MIN, cell] = stretch(notes[LIMIT_MOST, cell])
         result[LARGEST_STRETCH, cell] = stretch(min(notes[LIMIT_LEAST, cell], notes[LARGEST, cell]))
+        error = notes[LIMIT_ERROR, cell]
+        if notes[LARGEST, cell] < notes[LIMIT_LEAST, cell]:
+            error = max(error, notes[LARGEST_ERROR, cell])
+        return 2.0 * error / tolerance
 
     @device
     def root_of(series, low, high):
@@ -462,7 +475,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     notes[ONE_BY_ONE, cell] += 1.0
                     notes[USUAL_STEP, cell] = kept[FIRST_STEP, cell]
                     notes[USUAL_CHANGE, cell] = abs(kept[Y, cell])
-                    notes[LARGEST, cell] = min(notes[LARGEST, cell], kept[LEAST, cell])
+                    if kept[LEAST, cell] < notes[LARGEST, cell]:
+                        notes[LARGEST, cell] = kept[LEAST, cell]
+                        notes[LARGEST_ERROR, cell] = kept[LEAST_ERROR, cell]
                     if notes[COMPLETED, cell] == repeats:
                         # The load held at the end decides.
                         held = abs(E)
@@ -481,6 +496,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             verdict = SURVIVES
                             result[FINAL_STRETCH, cell] = stretch(stable)
                             result[LARGEST_STRETCH, cell] = max(stretch(notes[LARGEST, cell]), stretch(stable))
+                            if notes[LARGEST, cell] < stable:
+                                excess = max(excess, notes[LARGEST_ERROR, cell] / tolerance)
                         else:
                             # It fails under the load held: one more piece, without end.
                             notes[COMPLETED, cell] -= 1.0
@@ -499,7 +516,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         continue
                     else:
                         base, change = kept[BASE, cell], kept[Y, cell]
-                        ratio = np.exp(kept[GAIN, cell])
+                        ratio = kept[GAIN, cell]
                         completed = notes[COMPLETED, cell]
                         steady = completed > 1.0 or once == 0
                         notes[RETURN_R, cell] = r
@@ -539,7 +556,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     # On the way to the fixed point, or beside it.
                     start, change = kept[BASE, cell], kept[Y, cell]
                     error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
-                    ratio = np.exp(kept[GAIN, cell])
+                    ratio = kept[GAIN, cell]
                     allowed = kept[TIGHTNESS, cell]
                     vain = failed or kept[DOUBT, cell] > DOUBTFUL
                     noise = error + EPSILON * start
@@ -553,7 +570,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     if purpose == PROVING and not vain:
                         if change + error <= 0.0:
                             verdict = SURVIVES
-                            write_survival(kept, notes, cell, result)
+                            excess = write_survival(notes, tolerance, cell, result)
                         elif notes[TRIED, cell] < 4.0:
                             notes[TRIED, cell] += 1.0
                             beside = notes[LAST_R, cell] + 8.0 * (start - notes[LAST_R, cell])
@@ -567,7 +584,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         if not (slope < 0.0) or not (slope > -1.0):
                             slope = ratio - 1.0
                         following = start - change / slope
-                        apart = 0.05 * tolerance if notes[TRIED, cell] == 0.0 else 4.0 * EPSILON
+                        apart = 4.0 * EPSILON
+                        if notes[TRIED, cell] == 0.0:
+                            apart = 0.05 * tolerance / max(1.0, kept[LEAST_SLOPE, cell] * start)
                         notes[LAST_R, cell] = start
                         notes[LAST_CHANGE, cell] = change
                         if not slope < 0.0:
@@ -575,6 +594,9 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         elif abs(following - start) <= apart * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
+                            away = (abs(change) + error) / abs(1.0 - ratio) + EPSILON * start
+                            by_start = max(kept[LEAST_SLOPE, cell], 0.5 / start) * away
+                            notes[LIMIT_ERROR, cell] = kept[LEAST_ERROR, cell] + by_start
                             notes[PURPOSE, cell] = PROVING
                             beside = max(following, start) + 4.0 * noise / -slope
                             set_cycle(kept, notes, cell, cell, beside, E, once, pieces, allowed, resolution, True)

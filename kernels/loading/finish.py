@@ -79,7 +79,7 @@ def _make_slopes(law: Law, waves: Waves) -> Callable[..., Any]:
         E = field(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
         rate = field_rate(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
         f = flow(r, x)
-        _, _, q, _, _, _ = local(r, p, sigma, x, f, 2.0 * CRITICAL_LOAD * E * rate)
+        _, _, q, _, _, _, _ = local(r, p, sigma, x, f, 2.0 * CRITICAL_LOAD * E * rate)
         w[GUESS_, i] = x
         w[BAD_, i] += 0.0 if q < 0.0 else 1.0
         of_time = -d / q
@@ -171,7 +171,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             # Steps in D change T and r by too much or too little, both alike: what they miss is D, by the equilibrium.
             E = field(t, w[START_, i], w[SLOPE_, i], w[AMPLITUDE_, i], w[FREQUENCY_, i])
             x, bad = settle(r, w[P_, i], w[SIGMA_, i], E, w[GUESS_, i])
-            d, _, _, _, _, _ = local(r, w[P_, i], w[SIGMA_, i], x, 0.0, 0.0)
+            d, _, _, _, _, _, _ = local(r, w[P_, i], w[SIGMA_, i], x, 0.0, 0.0)
             corrected = good & (bad == 0.0) & (abs(d - rest) < CORRECTION * rest)
             w[GUESS_, i] = x if corrected else w[GUESS_, i]
             rest = d if corrected else rest
@@ -214,7 +214,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         r = kept[BASE, passage] + y
         E, rate = field(t, start, slope, amplitude, frequency), field_rate(t, start, slope, amplitude, frequency)
         f = flow(r, x)
-        d, _, q, _, _, _ = local(r, p[cell], sigma[cell], x, f, 2.0 * CRITICAL_LOAD * E * rate)
+        d, _, q, _, _, _, _ = local(r, p[cell], sigma[cell], x, f, 2.0 * CRITICAL_LOAD * E * rate)
         w[TIME, i] = t
         w[CHANGE, i] = y
         w[UNKNOWN, i] = x

@@ -41,9 +41,10 @@ class Law(NamedTuple):
     plain_flow : callable
         ``plain_flow(r, x)``: the same, of the two states alone.
     local : callable
-        ``local(r, p, sigma, x, F, load_rate) -> D, N, Q, growth, rate_of_x, fragility``: stiffness; N = -D dx/dT up to
-        a positive factor; Q = D dD/dT; dF/dr at a fixed load; dx/dT; and the error of r, times this over D**2, is the
-        error of the load that is carried over the distance to it.
+        ``local(r, p, sigma, x, F, load_rate) -> D, N, Q, growth, rate_of_x, fragility, sensitivity``: stiffness;
+        N = -D dx/dT up to a positive factor; Q = D dD/dT; dF/dr at a fixed load; dx/dT; the error of r, times this
+        over D**2, is the error of the load that is carried over the distance to it; and times the last one the relative
+        error of the stretch at this load.
     ends : callable
         ``ends(r, p, sigma, x) -> bend, load_of_r, stiffness_of_r``: -dD/dT per N over D; de/dr at fixed x; dD/dr.
     at : callable
@@ -136,7 +137,7 @@ def _free_local(r, p, sigma, x, flow, load_rate):
     q = d * p * (inverse * inverse + 8.0 * r * cube) * flow - bend * n
     z = r * x
     growth = -2.0 * (1.0 / (z * z) + 2.0 * z) * (x + r * load_of_r * stiff)
-    return d, n, q, growth, -n * stiff, -2.0 * bend * load_of_r
+    return d, n, q, growth, -n * stiff, -2.0 * bend * load_of_r, -0.5 * load_of_r * stiff / x
 
 
 @device
@@ -266,7 +267,7 @@ def _loaded_local(r, p, sigma, x, flow, load_rate):
     q = d * p * (16.0 * r * cube + 2.0 * inverse * inverse) * flow - bend * n
     z = r * u
     growth = -2.0 * (1.0 / (z * z) + 2.0 * z) * (u + 2.0 * r * load_of_r * stiff)
-    return d, n, q, growth, -n * stiff / x, -2.0 * bend * load_of_r
+    return d, n, q, growth, -n * stiff / x, -2.0 * bend * load_of_r, -load_of_r * stiff / u
 
 
 @device

@@ -44,6 +44,8 @@ from .rows import (
     LAST_LENGTH,
     LAST_ROOT,
     LEAST,
+    LEAST_ERROR,
+    LEAST_SLOPE,
     LONGEST,
     MOST,
     NEAR,
@@ -67,6 +69,7 @@ from .rows import (
     TRIAL,
     TURN,
     UNTIL,
+    ZERO,
     D,
     N,
     P,
@@ -243,6 +246,15 @@ def factor_of_root(root):
     return min(factor, LARGEST_FACTOR) if factor > SMALLEST_FACTOR else SMALLEST_FACTOR  # also where it is NaN
 
 
+@device
+def hermite(x0, v0, x1, v1, share):
+    """Return Hermite's cubic at a share of the way."""
+    left = 1.0 - share
+    return left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
+        x1 * (3.0 - 2.0 * share) - v1 * left
+    )
+
+
 def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
     """Make ``judge(w) -> events``: accept or reject the last attempt of every lane, and propose the next step."""
     local, field, field_rate = law.local, waves.field, waves.rate
@@ -265,7 +277,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             E = field(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             rate = field_rate(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
             load_rate = 2.0 * CRITICAL_LOAD * E * rate
-            d, n, q, growth, rate_of_x, fragility = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
+            d, n, q, growth, rate_of_x, fragility, sensitivity = local(r, w[P, i], w[SIGMA, i], x, flow, load_rate)
             s0, s1 = w[D, i] * w[D, i], d * d
             # The tangents of D**2 at both ends, and where they meet.
             m0, m1 = 2.0 * lasts * w[Q, i], 2.0 * lasts * q
@@ -285,22 +297,22 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
 
             # Where the tangents meet below zero, the film may have failed in between.
             missed = good & turned & (lowest <= 0.0)
-            # An extreme of the unknown within the step, by Hermite's cubic, if it counts.
+            # An extreme of the unknown within the step, by Hermite's cubic, if it counts. Of the two zeros of its slope
+            # one is the least value, and one the largest.
             x0, v0, v1 = w[X, i], length * w[RATE_OF_X, i], length * pace * rate_of_x
             second, third = 3.0 * (x - x0) - 2.0 * v0 - v1, v0 + v1 - 2.0 * (x - x0)
-            root = np.sqrt(max(second * second - 3.0 * third * v0, 0.0))
-            root = root if w[RATE_OF_X, i] < 0.0 else -root
-            over = second * root > 0.0
-            share = (-v0 if over else root - second) / (second + root if over else 3.0 * third)  # where its slope is 0
-            left = 1.0 - share
-            between = left * left * (x0 * (1.0 + 2.0 * share) + v0 * share) + share * share * (
-                x * (3.0 - 2.0 * share) - v1 * left
-            )
+            square = second * second - 3.0 * third * v0
+            root = np.sqrt(max(square, 0.0))
+            far = -second - root if second > 0.0 else root - second
+            one, other = far / (3.0 * third), v0 / far
+            at_least, at_most = (other if second > 0.0 else one), (one if second > 0.0 else other)
             margin = 1.0 + w[RESOLUTION, i]
-            extreme = (between * margin < min(x0, x, w[LEAST, i])) | (between > margin * max(x0, x, w[MOST, i]))
-            extreme = (
-                good & (not missed) & (w[RATE_OF_X, i] * rate_of_x < 0.0) & (share > 0.0) & (share < 1.0) & extreme
-            )
+            low = hermite(x0, v0, x, v1, at_least) * margin < min(x0, x, w[LEAST, i])
+            high = hermite(x0, v0, x, v1, at_most) > margin * max(x0, x, w[MOST, i])
+            low = low & (at_least > 0.0) & (at_least < 1.0)
+            high = high & (at_most > 0.0) & (at_most < 1.0)
+            extreme = good & (not missed) & (square > 0.0) & (low | high)
+            share = at_least if low else at_most
             accepted = good & (not missed) & (not extreme)
 
             root = eighth_root(relative)
@@ -317,7 +329,8 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             factor = share if extreme else factor
             proposed = min(length * factor * unit, w[LONGEST, i])
             last = length >= to_end(w, i)
-            w[STEP, i] = max(proposed, w[STEP, i]) if accepted & last else proposed
+            cut = last | (length < 0.5 * w[STEP, i])
+            w[STEP, i] = max(proposed, w[STEP, i]) if accepted & cut else proposed
             w[FIRST_STEP, i] = proposed if accepted & (w[FIRST_STEP, i] == 0.0) else w[FIRST_STEP, i]
 
             carried = w[ERROR, i] * grown + estimate * scale
@@ -326,7 +339,7 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             rounding = w[ROUNDING, i] * grown * grown + 0.25 * EPSILON * EPSILON * parts
             w[ERROR, i] = carried if accepted else w[ERROR, i]
             w[ROUNDING, i] = rounding if accepted else w[ROUNDING, i]
-            w[GAIN, i] += growing if accepted else 0.0
+            w[GAIN, i] *= grown if accepted else 1.0
             # On the way to an instability the distance to it vanishes whatever the errors: near misses count.
             # Of one within the step the distance is at least that where the tangents meet.
             nearest = min(lowest, s1) if turned else s1
@@ -353,9 +366,12 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             done = (accepted & last) | rest
             w[Y, i] = w[Y, i] - away if rest else w[Y, i]
             w[X, i] = w[X, i] - w[RATE_OF_X, i] / w[GROWTH, i] if rest else w[X, i]
+            least_yet = accepted & (x < w[LEAST, i])
+            w[LEAST_ERROR, i] = sensitivity * total_error(carried, rounding) if least_yet else w[LEAST_ERROR, i]
+            w[LEAST_SLOPE, i] = sensitivity * w[GAIN, i] if least_yet else w[LEAST_SLOPE, i]
             w[LEAST, i] = min(w[LEAST, i], w[X, i])
             w[MOST, i] = max(w[MOST, i], w[X, i])
-            w[GAIN, i] += -remaining if rest else 0.0
+            w[GAIN, i] *= 0.0 if rest else 1.0
 
             distance = -0.5 * w[D, i] * w[D, i] / w[Q, i]  # in time to the instability, by the tangent of D**2
             ahead = AHEAD * w[STEP, i] if settled else 4.0 * length
@@ -400,7 +416,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
     """Make the functions that take lanes through a program; ``bent`` says whether TURN is not zero."""
     flow, local, begin, critical, load, ends = law.flow, law.local, law.begin, law.critical, law.load, law.ends
     plain_flow = law.plain_flow
-    field, field_rate = waves.field, waves.rate
+    field, field_rate, zero = waves.field, waves.rate, waves.zero
 
     @device
     def set_piece(kind, scale, source, columns, cell, w, i):
@@ -415,6 +431,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         w[FREQUENCY, i] = frequency
         w[DURATION, i] = duration
         w[LONGEST, i] = PART_OF_PERIOD / frequency if frequency > 0.0 else math.inf
+        w[ZERO, i] = zero(start, amplitude)
 
     @device
     def jump(w, i, E):
@@ -445,7 +462,7 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         rate = field_rate(t, w[START, i], w[SLOPE, i], w[AMPLITUDE, i], w[FREQUENCY, i])
         F = flow(r, w[P, i], w[X, i], E)
         w[SLOPES, i] = F
-        d, n, q, growth, rate_of_x, fragility = local(
+        d, n, q, growth, rate_of_x, fragility, sensitivity = local(
             r, w[P, i], w[SIGMA, i], w[X, i], F, 2.0 * CRITICAL_LOAD * E * rate
         )
         w[D, i] = d
@@ -454,7 +471,11 @@ def make_passage(law: Law, waves: Waves, bent: bool) -> Passage:
         w[GROWTH, i] = growth
         w[RATE_OF_X, i] = rate_of_x
         w[TURN, i] = 0.5 * q / (d * d) if bent and w[SLOPE, i] != 0.0 else 0.0
-        w[PENDING, i] = total_error(w[ERROR, i], w[ROUNDING, i]) * fragility / (d * d)
+        error = total_error(w[ERROR, i], w[ROUNDING, i])
+        w[PENDING, i] = error * fragility / (d * d)
+        if w[X, i] <= w[LEAST, i]:
+            w[LEAST_ERROR, i] = sensitivity * error
+            w[LEAST_SLOPE, i] = sensitivity * w[GAIN, i]
 
     @device
     def expected_change(w, i):
@@ -557,6 +578,7 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
     what HOLDING says.
     """
     attempt, judge, _, _, put, leave, enter = make_passage(law, waves, True)
+    turn = waves.turn
 
     @device
     def march(kind, scale, source, columns, p, sigma, cells, status, kept, holding):
@@ -612,6 +634,8 @@ def make_march(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
                 left = to_end(w, i)
                 even = left if left <= w[STEP, i] else min(w[STEP, i], 0.5 * left)
                 even = min(even, SHORT_OF / max(-w[TURN, i], 1e-300)) if left == math.inf else even
+                # The stretch has extremes next to those of the load: of either one at most in a step.
+                even = min(even, turn(w[T, i], w[FREQUENCY, i], w[ZERO, i]) - w[T, i])
                 w[TRIAL, i] = even if held[i] != VACANT else 0.0
             attempt(w)
             events = judge(w)

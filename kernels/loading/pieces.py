@@ -1,5 +1,6 @@
 """What a piece of a program says about the field, in scalars, without and with sines."""
 
+import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -13,13 +14,27 @@ ENDLESS = -1
 # Taylor series of sin(2 pi x)/x in x**2, to rounding for |x| up to 1/4.
 _SINE = tuple(float((-1) ** k * (2.0 * np.pi) ** (2 * k + 1) / np.prod(np.arange(1.0, 2 * k + 2))) for k in range(12))
 _TURN = 2.0 * np.pi
+# Turns between phases that count as one.
+NEXT_TO = 1e-6
 
 
 class Waves(NamedTuple):
-    """``field(t, start, slope, amplitude, frequency)`` in a piece, and ``rate`` of the same, dE/dt."""
+    """The field in a piece.
+
+    Attributes
+    ----------
+    field, rate : callable
+        ``field(t, start, slope, amplitude, frequency)``, and dE/dt of the same.
+    zero : callable
+        ``zero(start, amplitude)``: where a sine is zero, in turns; NaN where it is not.
+    turn : callable
+        ``turn(t, frequency, zero)``: the next time after t at which the load, E**2, of a sine has an extreme.
+    """
 
     field: Callable[..., Any]
     rate: Callable[..., Any]
+    zero: Callable[..., Any]
+    turn: Callable[..., Any]
 
 
 @device
@@ -45,6 +60,16 @@ def _linear_rate(t, start, slope, amplitude, frequency):
 
 
 @device
+def _no_zero(start, amplitude):
+    return math.nan
+
+
+@device
+def _no_turn(t, frequency, zero):
+    return math.inf
+
+
+@device
 def _any_field(t, start, slope, amplitude, frequency):
     return start + slope * t + amplitude * sine_of_turns(frequency * t)
 
@@ -54,8 +79,30 @@ def _any_rate(t, start, slope, amplitude, frequency):
     return slope + _TURN * frequency * amplitude * sine_of_turns(frequency * t + 0.25)
 
 
-LINEAR_ONLY = Waves(_linear_field, _linear_rate)
-WITH_SINES = Waves(_any_field, _any_rate)
+@device
+def _any_zero(start, amplitude):
+    return -math.asin(start / amplitude) / _TURN if abs(start) < abs(amplitude) else math.nan
+
+
+@device
+def _next(phase, first, apart):
+    """Return the next of ``first``, ``first + apart``, ... after a phase, that is not next to it."""
+    return first + apart * (math.floor((phase - first) / apart + NEXT_TO) + 1.0)
+
+
+@device
+def _any_turn(t, frequency, zero):
+    if not frequency > 0.0:
+        return math.inf
+    phase = frequency * t
+    following = _next(phase, 0.25, 0.5)
+    if not math.isnan(zero):
+        following = min(following, _next(phase, zero, 1.0), _next(phase, 0.5 - zero, 1.0))
+    return following / frequency
+
+
+LINEAR_ONLY = Waves(_linear_field, _linear_rate, _no_zero, _no_turn)
+WITH_SINES = Waves(_any_field, _any_rate, _any_zero, _any_turn)
 
 
 @device
