@@ -97,7 +97,7 @@ def compute(task: Task, on_cells: Callable[[int], object] | None = None, threads
     found: dict[str, NDArray[Any]]
     if task.strength is None:
         found = solve(
-            task.program, parameters, task.choice, product=task.product, wanted=task.variables, **use
+            task.program, parameters, task.choice, product=task.product, wanted=task.variables, dtype=task.dtype, **use
         ).by_name()
     else:
         found = solve_with_limits(task.program, parameters, task.choice, task.strength, **use)

@@ -24,7 +24,7 @@ from ..materials.strength import StrengthOf
 from ..materials.toml import PowerLaw
 from ..nomenclature import BREAKDOWN, FLAGGED
 from ..programs import shape_of
-from ..sweeps.chunks import Cut, cut
+from ..sweeps.chunks import Blocks, Cut, blocks, cut
 from ..sweeps.dataset import LIMIT_BYTES, cell_bytes, make_dataset, provenance_of, reduced
 from ..sweeps.grid import Grid
 from ..sweeps.methods import Choice
@@ -37,8 +37,9 @@ from .filters import restored
 from .writer import MapFile
 
 # Cells of a part: at a million a second it takes less than a second, so an interrupt or a crash costs little; and it is
-# large enough for the disk. Five results of each are below 32 MiB, so that the next part has their memory again.
-PART_CELLS = 750_000
+# large enough for the disk. Five results of each are below 32 MiB, so that the next part has their memory again. Cells
+# of a product grid are computed a hundred times as fast, each result in memory of its own; more of them share more.
+PART_CELLS, SHARING_PART_CELLS = 750_000, 2_000_000
 # Cells of a chunk within the file: half a megabyte of float64.
 CHUNK_CELLS = 65_536
 # Cells solved to estimate how long a sweep takes; of films that may break down, whose root finding takes longest.
@@ -86,7 +87,7 @@ class Plan:
     variables: tuple[str, ...]
     dtype: str
     chunks: Cut
-    parts: Cut
+    parts: Blocks
     film: Film | None
     engine: str = "threads"
     scheduler: str | None = None
@@ -144,18 +145,6 @@ class Plan:
             task = task._replace(product=task.product.alone())
         return task if self.strength is None else task._replace(strength=self.strength)
 
-    def cells(self, number: int) -> int:
-        """Return the number of cells of a part."""
-        part = self.parts.cells(number)
-        return int(part.stop - part.start)
-
-    def chunks_of(self, number: int) -> tuple[int, list[slice]]:
-        """Return the number of the first chunk of a part, and where its chunks, all whole, are among its cells."""
-        part = self.parts.cells(number)
-        numbers = range(self.chunks.holding(part.start), self.chunks.holding(part.stop - 1) + 1)
-        cells = map(self.chunks.cells, numbers)
-        return numbers.start, [slice(chunk.start - part.start, chunk.stop - part.start) for chunk in cells]
-
     def identities(self) -> tuple[str, str | None]:
         """Return the hash of the parts, and that of parts without SI units from whose values these follow."""
         follows = self.film is not None and not self.film.limited and self.digits is None
@@ -207,11 +196,22 @@ def make_plan(
     most = max(1, memory // (PARTS_IN_MEMORY * bytes_of_cell))
     chunks = cut(grid.shape, min(CHUNK_CELLS, most))
     # A film that breaks down takes a thousand times as long as others: a part is a chunk, half a minute's work.
-    part_cells = min(PART_CELLS, math.prod(chunks.part_shape)) if limited else PART_CELLS
     product = product_of(grid.program, grid.parameters) if choice.shared else None
+    part_cells = PART_CELLS if product is None else SHARING_PART_CELLS
+    part_cells = min(part_cells, math.prod(chunks.part_shape)) if limited else part_cells
     divided = product is not None and product_bytes(product, choice.rtol or 0.0) > memory // 2
-    parts = cut(grid.shape, min(part_cells, most), chunks)
+    # The series of a product grid are those of pairs of rate and modulus ratio: a part has many fields for each.
+    wide = None if product is None else _dimension_of_field(grid)
+    parts = blocks(chunks, min(part_cells, most), wide)
     return Plan(path, grid, choice, variables, dtype, chunks, parts, film, engine, scheduler, divided, digits)
+
+
+def _dimension_of_field(grid: Grid) -> int | None:
+    """Return the dimension of a product grid along which the field varies."""
+    shape = shape_of(grid.program)
+    assert shape is not None  # of a ramp and a hold
+    strides = grid.parameters[str(shape.field)].strides
+    return next((dim for dim, stride in enumerate(strides) if stride), None)
 
 
 def finished_parts(plan: Plan) -> list[int]:
@@ -302,24 +302,24 @@ def _write(
             for number, arrays, old in _finished(plan, parts, engine, len(names), filters, on_cells):
                 while len(writes) >= WAITING:
                     writes.popleft().result()
-                first, places = plan.chunks_of(number)
+                numbers, places = plan.parts.chunks_of(number)
                 if old is None:
                     values = plan.stored(number, arrays)
                     chunks = [compressing.submit(file.storage[name].chunks, values[name], places) for name in names]
                 else:
                     count = len(places)
                     chunks = [_ready(old[at * count : (at + 1) * count]) for at in range(len(names))]
-                writes.append(disk.submit(_place, parts, file, number, first, dict(zip(names, chunks, strict=True))))
+                writes.append(disk.submit(_place, parts, file, number, numbers, dict(zip(names, chunks, strict=True))))
             for future in writes:
                 future.result()
         finally:
             disk.submit(file.close).result()
 
 
-def _place(parts: Parts, file: MapFile, number: int, first: int, chunks: Mapping[str, Future[Chunks]]) -> None:
+def _place(parts: Parts, file: MapFile, number: int, numbers: list[int], chunks: Mapping[str, Future[Chunks]]) -> None:
     """Put a part into the file when it is compressed; then it is finished."""
     found = {name: of_variable.result() for name, of_variable in chunks.items()}
-    offsets = file.write(first, found)
+    offsets = file.write(numbers, found)
     parts.save(number, [chunk for of_variable in found.values() for chunk in of_variable], offsets)
 
 
@@ -335,7 +335,7 @@ def _finished(
     window: deque[tuple[int, tuple[Chunks, bool] | None, Pending | None]] = deque()
     for number in range(plan.parts.count + engine.ahead):
         if number < plan.parts.count:
-            count = len(plan.chunks_of(number)[1])
+            count = len(plan.parts.chunks_of(number)[1])
             old = parts.load(number, variables * count, len(plan.variables) * count)
             window.append((number, old, engine.submit(plan.task(number)) if old is None else None))
         if window and (len(window) > engine.ahead or number >= plan.parts.count):
@@ -344,13 +344,13 @@ def _finished(
                 yield first, _result(first, plan, pending), None
             elif found is not None:
                 chunks, plain = found
-                on_cells(plan.cells(first))
+                on_cells(plan.parts.cells(first))
                 yield (first, _values(plan, first, chunks, filters), None) if plain else (first, {}, chunks)
 
 
 def _values(plan: Plan, number: int, chunks: Chunks, filters: tuple[int, ...]) -> Arrays:
     """Return the values of a part from its chunks without SI units."""
-    places = plan.chunks_of(number)[1]
+    places = plan.parts.chunks_of(number)[1]
     values = {}
     for at, (name, kind) in enumerate(_kinds(plan.variables, plan.dtype).items()):
         of_variable = chunks[at * len(places) : (at + 1) * len(places)]
@@ -379,7 +379,9 @@ def _result(number: int, plan: Plan, pending: Pending) -> Arrays:
     except (MemoryError, OSError):
         raise
     except Exception as error:
-        cells = plan.parts.cells(number)
+        numbers, _ = plan.parts.chunks_of(number)
+        first, stop = plan.chunks.cells(numbers[0]).start, plan.chunks.cells(numbers[-1]).stop
+        some = "cells" if stop - first == plan.parts.cells(number) else "some of the cells"
         raise OSError(
-            f"cells {cells.start:,} to {cells.stop - 1:,} could not be computed: {type(error).__name__}: {error}"
+            f"{some} {first:,} to {stop - 1:,} could not be computed: {type(error).__name__}: {error}"
         ) from error

@@ -144,13 +144,13 @@ class MapFile:
             chunks = self._chunks.part_shape if pattern.options["dimensions"] else None
             file.createVariable(**pattern.options, chunksizes=chunks).setncatts(pattern.attributes)
 
-    def write(self, first: int, chunks: Mapping[str, Sequence[bytes]]) -> list[int]:
+    def write(self, numbers: Sequence[int], chunks: Mapping[str, Sequence[bytes]]) -> list[int]:
         """Write the chunks of a part.
 
         Parameters
         ----------
-        first : int
-            Number of the first of them, of every variable.
+        numbers : sequence of int
+            Which they are, of every variable.
         chunks : mapping of str to sequence of bytes
             What `storage` makes of the values.
 
@@ -163,7 +163,7 @@ class MapFile:
         offsets = []
         with self._named(), self.path.open("r+b", buffering=0) as whole:
             for name, of_variable in chunks.items():
-                for number, chunk in enumerate(of_variable, first):
+                for number, chunk in zip(numbers, of_variable, strict=True):
                     with NETCDF_LOCK:
                         self._put(self._stored[name], number, chunk)
                     offsets.append(_end(whole, chunk))

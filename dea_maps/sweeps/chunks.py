@@ -67,22 +67,13 @@ class Cut:
         end = min((piece + 1) * self.rows, self.shape[self.axis])
         return slice((first + piece * self.rows) * inner, (first + end) * inner)
 
-    def holding(self, cell: int) -> int:
-        """Return the number of the part that holds a cell, counted in the flat order.
-
-        Examples
-        --------
-        >>> [cut((3, 10), 4).holding(cell) for cell in (0, 3, 4, 10, 29)]
-        [0, 0, 1, 3, 8]
-        """
-        if self.axis < 0:
-            return 0
-        inner = math.prod(self.shape[self.axis + 1 :])
-        lead, rest = divmod(cell, self.shape[self.axis] * inner)
-        return lead * self._pieces + rest // (self.rows * inner)
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Number of parts along each dimension up to the one that is cut."""
+        return (*self.shape[: self.axis], self._pieces) if self.axis >= 0 else ()
 
 
-def cut(shape: tuple[int, ...], most: int, finer: Cut | None = None) -> Cut:
+def cut(shape: tuple[int, ...], most: int) -> Cut:
     """Cut a grid into parts of at most so many cells, nearly equal ones.
 
     Parameters
@@ -91,8 +82,6 @@ def cut(shape: tuple[int, ...], most: int, finer: Cut | None = None) -> Cut:
         Of the grid.
     most : int
         Cells of a part; at least 1.
-    finer : Cut, optional
-        A cut into smaller parts, whose borders are to be kept; parts may then have more cells than `most`.
 
     Returns
     -------
@@ -113,11 +102,96 @@ def cut(shape: tuple[int, ...], most: int, finer: Cut | None = None) -> Cut:
         axis -= 1
     if axis < 0:
         return Cut(shape, -1, 1)
-    length = shape[axis]
-    rows = -(-length // -(-length // (most // inner)))
-    if finer is not None and finer.axis == axis:
-        rows = finer.rows * max(rows // finer.rows, 1)
-    return Cut(shape, axis, rows)
+    return Cut(shape, axis, _evened(shape[axis], most // inner))
+
+
+def _evened(number: int, most: int) -> int:
+    """Return into how many each the fewest groups of at most so many take, of nearly equal size."""
+    return -(-number // -(-number // most))
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """A cut of a grid into parts of whole chunks: each is some of every dimension that the chunks cut.
+
+    Attributes
+    ----------
+    chunks : Cut
+        The grid cut into chunks.
+    sizes : tuple of int
+        How many chunks a part has along each dimension of `Cut.counts`; the last ones may have less.
+
+    Examples
+    --------
+    >>> parts = blocks(cut((4, 10), 3), 9, wide=0)
+    >>> parts.sizes, parts.count
+    ((2, 1), 8)
+    >>> parts.index(1), parts.chunks_of(1)
+    ((slice(0, 2, None), slice(3, 6, None)), ([1, 5], [slice(0, 3, None), slice(3, 6, None)]))
+    """
+
+    chunks: Cut
+    sizes: tuple[int, ...]
+
+    @property
+    def _counts(self) -> tuple[int, ...]:
+        return tuple(-(-number // size) for number, size in zip(self.chunks.counts, self.sizes, strict=True))
+
+    @property
+    def count(self) -> int:
+        """Number of parts."""
+        return math.prod(self._counts)
+
+    def _ranges(self, number: int) -> list[range]:
+        """Return which chunks of every dimension a part has."""
+        at = map(int, np.unravel_index(number, self._counts))
+        columns = zip(at, self.sizes, self.chunks.counts, strict=True)
+        return [range(k * size, min((k + 1) * size, count)) for k, size, count in columns]
+
+    def index(self, number: int) -> tuple[slice, ...]:
+        """Where a part is in the grid."""
+        columns = zip(self._ranges(number), self.chunks.part_shape, self.chunks.shape, strict=False)
+        return tuple(slice(own.start * rows, min(own.stop * rows, length)) for own, rows, length in columns)
+
+    def cells(self, number: int) -> int:
+        """Return the number of cells of a part."""
+        cut_dims = [own.stop - own.start for own in self.index(number)]
+        return math.prod((*cut_dims, *self.chunks.shape[len(cut_dims) :]))
+
+    def chunks_of(self, number: int) -> tuple[list[int], list[slice]]:
+        """Return the numbers of the chunks of a part, and where they are among its cells."""
+        ranges = self._ranges(number)
+        if not ranges:
+            return [0], [slice(0, self.cells(number))]
+        numbers = np.ravel_multi_index(np.ix_(*ranges), self.chunks.counts).ravel()
+        sizes = [own.stop - own.start for own in map(self.chunks.cells, map(int, numbers))]
+        ends = np.cumsum(sizes)
+        return numbers.tolist(), [slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True)]
+
+
+def blocks(chunks: Cut, most: int, wide: int | None = None) -> Blocks:
+    """Cut a grid into parts of whole chunks, of at most so many cells where a chunk has no more.
+
+    Parameters
+    ----------
+    chunks : Cut
+        The grid cut into chunks.
+    most : int
+        Cells of a part.
+    wide : int, optional
+        A dimension of which parts have as much as they can; by default cells of a part are consecutive.
+
+    Returns
+    -------
+    Blocks
+    """
+    room = max(1, most // max(1, math.prod(chunks.part_shape)))
+    sizes = [1] * len(chunks.counts)
+    first = [wide] if wide is not None and wide < len(sizes) else []
+    for dim in (*first, *(dim for dim in reversed(range(len(sizes))) if dim not in first)):
+        sizes[dim] = _evened(chunks.counts[dim], room)
+        room //= sizes[dim]
+    return Blocks(chunks, tuple(sizes))
 
 
 def evenly(number: int, most: int) -> npt.NDArray[np.intp]:

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from ..kernels import build, lane_state
+from ..kernels import build, checksum, lane_state
 from ..kernels import sweep as kernel_rows
 from ..kernels._jit import FINGERPRINT, Kernel
 from ..kernels.dead_load import build as dead_load
@@ -19,7 +19,6 @@ from ..kernels.loading import results as loading_rows
 from ..kernels.loading import rows as passage_rows
 from ..kernels.loading.cells import SHARE
 from ..kernels.product import grid as product_grid
-from ..nomenclature import VARIABLES
 from ..notices import notice
 from ..outcomes import Outcome
 from ..pieces import Argument
@@ -35,7 +34,7 @@ KERNELS = FINGERPRINT
 
 # Cells per call of a kernel, at most: long enough to hide the call, short enough for progress, Ctrl-C and balance.
 CHUNK = 4096
-# The same of a product grid, of which a cell takes some tens of nanoseconds.
+# The same of a product grid, of which a cell takes some nanoseconds: their results have to stay in the cache.
 PRODUCT_CHUNK = 65_536
 # The same of films that are followed in time.
 TRACE_CHUNK = 16
@@ -56,6 +55,8 @@ _OUTCOMES[lane_state.FAILS_AT_ONCE] = Outcome.FAILS_AT_ONCE
 
 STEPS: Any = recorded
 """The numbers of the rows of recorded steps, see `Passages`, by name."""
+fletcher_sums = checksum.sums
+"""What sums the words of a checksum."""
 
 Parameters = Mapping[str, NDArray[np.float64]]
 """Parameters of cells by name, all of one shape."""
@@ -66,7 +67,7 @@ Arguments = Callable[[Parameters], tuple[Any, ...]]
 class Solution(NamedTuple):
     """Results of a sweep, each of the grid's shape; see the data set's variables for their meaning.
 
-    The last four are None where the program has no such result.
+    Those that the program does not have, or that were not asked for, are None.
     """
 
     outcome: NDArray[np.int8]
@@ -85,6 +86,9 @@ class Solution(NamedTuple):
         return {name: values for name, values in self._asdict().items() if values is not None}
 
 
+_PRODUCT_ROWS = Solution._fields[1 : kernel_rows.RESULTS + 1]
+
+
 def solve(
     program: Program,
     parameters: Parameters,
@@ -94,6 +98,7 @@ def solve(
     on_cells: Callable[[int], object] | None = None,
     threads: int | None = None,
     wanted: Collection[str] | None = None,
+    dtype: DTypeLike = np.float64,
 ) -> Solution:
     """Compute every cell of a grid.
 
@@ -113,7 +118,9 @@ def solve(
     threads : int, optional
         How many to compute on; by default as many as Numba would use.
     wanted : collection of str, optional
-        The results that will be used; by default all. Others may be None.
+        The results that will be used; by default all. Others are None.
+    dtype : data type, optional
+        What numbers are rounded to.
 
     Returns
     -------
@@ -124,10 +131,18 @@ def solve(
     cells = parameters["modulus_ratio"].size
     outcome = np.empty(cells, np.int8)
     rows, kernel, arguments = _kernel(program, choice)
-    result = np.empty((rows, cells))
+    of_kernel = Solution._fields[1 : rows + 1]
+    results = set(program.results) if wanted is None else set(program.results) & set(wanted)
+    # Under a field that only rises, the largest stretch is the last one.
+    is_last = "largest_stretch" in results and "largest_stretch" not in of_kernel
+    needed = [
+        name for name in of_kernel if name in results or (is_last and name in {"final_stretch", "critical_stretch"})
+    ]
+    result: dict[str, NDArray[Any]]
     own = (product or product_of(program, parameters)) if choice.shared else None
     if own is not None:
         _prepare(_product_kernels(kernel), program.name, COMPILE_SECONDS_OF_PRODUCTS)
+        result = {name: np.empty(cells, dtype) for name in needed}
         _solve_product(own, choice, product is not None, outcome, result, on_cells, threads)
     else:
         # The kernels of films under a dead load are as long as those of the longest method.
@@ -137,31 +152,33 @@ def solve(
         natural = order == tuple(range(len(shape)))
         ordered = {name: values.transpose(order) for name, values in parameters.items()}
         outcomes = outcome.reshape(shape).transpose(order)
-        ordered_result = result.reshape(rows, *shape).transpose(0, *(1 + dim for dim in order))
+        every = np.empty((rows, cells))
+        ordered_every = every.reshape(rows, *shape).transpose(0, *(1 + dim for dim in order))
         parts = cut(outcomes.shape, CHUNK)
 
         def compute(number: int) -> int:
             part, index = parts.cells(number), parts.index(number)
             given = {name: np.atleast_1d(values[index]).flatten() for name, values in ordered.items()}
             status = np.empty(part.stop - part.start, np.int8)
-            found = result[:, part] if natural else np.empty((rows, status.size))
+            found = every[:, part] if natural else np.empty((rows, status.size))
             kernel(*arguments(given), status, found)
             verdicts = outcomes[(*index, ...)]
             verdicts[...] = _OUTCOMES[status].reshape(verdicts.shape)
             if not natural:
-                ordered_result[(slice(None), *index, ...)] = found.reshape(rows, *verdicts.shape)
+                ordered_every[(slice(None), *index, ...)] = found.reshape(rows, *verdicts.shape)
             return status.size
 
         _in_threads(compute, range(parts.count), on_cells, threads)
-    found = Solution(outcome.reshape(shape), *(row.reshape(shape) for row in result))
-    # Under a field that only rises, the largest stretch is the last one.
-    if found.largest_stretch is None and (wanted is None or "largest_stretch" in wanted):
-        found = found._replace(
-            largest_stretch=np.where(found.outcome == Outcome.SURVIVES, found.final_stretch, found.critical_stretch)
+        by_name = dict(zip(of_kernel, every, strict=True))
+        result = {name: by_name[name].astype(dtype, copy=False) for name in needed}
+    if is_last:
+        result["largest_stretch"] = np.where(
+            outcome == Outcome.SURVIVES, result["final_stretch"], result["critical_stretch"]
         )
-    results = program.results
-    absent: dict[str, Any] = dict.fromkeys(name for name in VARIABLES if name not in results)
-    return found._replace(**absent)
+    kept: dict[str, Any] = {
+        name: result[name].reshape(shape) if name in results else None for name in Solution._fields[1:]
+    }
+    return Solution(outcome.reshape(shape), **kept)
 
 
 def sharing_pays(product: Product, rtol: float) -> bool:
@@ -208,11 +225,11 @@ def _solve_product(
     choice: Choice,
     keep: bool,
     outcome: NDArray[np.int8],
-    result: NDArray[np.float64],
+    result: Mapping[str, NDArray[Any]],
     on_cells: Callable[[int], object] | None,
     threads: int | None,
 ) -> None:
-    """Fill in outcomes and results of a part of a product grid, (cells,) and (rows, cells)."""
+    """Fill in outcomes, and those results of a part of a product grid that are wanted, each (cells,)."""
     rtol = choice.rtol
     assert rtol is not None  # a method of fixed step is never shared
 
@@ -224,22 +241,25 @@ def _solve_product(
 
     key = (product.dims, rtol, *(axis.tobytes() for axis in product.axes))
     grid = _LAST.get(key, make) if keep else make()
-    parts = cut(product.shape, PRODUCT_CHUNK)
+    tiles = grid.tiles(product.shape, PRODUCT_CHUNK)
+    outcomes = outcome.reshape(product.shape)
+    wanted = {_PRODUCT_ROWS.index(name): values.reshape(product.shape) for name, values in result.items()}
 
     def compute(number: int) -> int:
-        cells, index = parts.cells(number), parts.index(number)
-        part = []
-        for k, own in enumerate(product.part):
-            inner = index[k] if k < len(index) else slice(0, own.stop - own.start)
-            first, end = (inner.start, inner.stop) if isinstance(inner, slice) else (inner, inner + 1)
-            part.append(slice(own.start + first, own.start + end))
-        shape = tuple(own.stop - own.start for own in part)
-        status = np.empty(shape, np.int8)
-        grid.evaluate(part, status, [row[cells].reshape(shape) for row in result])
-        _OUTCOMES.take(status.ravel(), out=outcome[cells], mode="clip")  # which needs no copy to check
+        tile = tiles[number]
+        shape = tuple(own.stop - own.start for own in tile)
+        status, found = np.empty(shape, np.int8), np.empty((len(_PRODUCT_ROWS), *shape))
+        part = [
+            slice(whole.start + own.start, whole.start + own.stop)
+            for whole, own in zip(product.part, tile, strict=True)
+        ]
+        grid.evaluate(part, status, list(found))
+        outcomes[tile] = _OUTCOMES.take(status, mode="clip")  # which needs no copy to check
+        for row, values in wanted.items():
+            values[tile] = found[row]
         return status.size
 
-    _in_threads(compute, range(parts.count), on_cells, threads)
+    _in_threads(compute, range(len(tiles)), on_cells, threads)
 
 
 def _kernel(program: Program, choice: Choice) -> tuple[int, Kernel, Arguments]:

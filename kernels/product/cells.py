@@ -166,14 +166,20 @@ def make_cells() -> Kernel:
     ):  # fmt: skip
         w = np.zeros((_ROWS, lanes))
         left = 0
+        # A series is longer than what a field says: the inner loop is along the dimension on which it does not depend.
+        outer, inner = of_series.shape
+        turned = of_series[0, 0] == of_series[outer - 1, 0]
+        if turned:
+            outer, inner = inner, outer
         for b in range(start // lanes, (stop - 1) // lanes + 1):
             begin, end = max(start, b * lanes), min(stop, (b + 1) * lanes)
             skip, first, count = begin - b * lanes, begin - start, end - begin
             series_block = b if series_width > 1 else 0
             hold_block = b if hold_width > 1 else 0
             loaded_series, loaded_hold = -1, -1
-            for o1 in range(of_series.shape[0]):
-                for o2 in range(of_series.shape[1]):
+            for a in range(outer):
+                for c in range(inner):
+                    o1, o2 = (c, a) if turned else (a, c)
                     k, h = of_series[o1, o2], of_hold[o1, o2]
                     count_terms = terms[k, series_block]
                     if k != loaded_series:

@@ -4,6 +4,8 @@ All that a cell is made of depends on its own parameters and on rtol: the same b
 for, in whatever order of the dimensions, and on however many threads.
 """
 
+import itertools
+import math
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NamedTuple
@@ -25,6 +27,9 @@ CHUNK = 4096
 SMALLEST_RTOL = 1e-10
 # Fields from which on a series for them all costs less than their cells one by one (studies/throughput).
 FEWEST_FIELDS = 16
+
+# Values of a dimension in a tile, where the others have more.
+FEW = 64
 
 # Terms of a series for each digit of the results, seldom exceeded.
 TERMS_OF_DIGIT = 4.5
@@ -145,7 +150,7 @@ class ProductGrid:
     def __init__(
         self, dims: Sequence[str], axes: Sequence[Floats], rtol: float, attempts: int, each: Each = _in_turn
     ) -> None:
-        self.rtol, self.attempts = rtol, attempts
+        self.dims, self.rtol, self.attempts = tuple(dims), rtol, attempts
         self.shape = tuple(axis.size for axis in axes)
         # Dimensions of a single value go first: lanes are along the last one.
         self._order = sorted(range(3), key=lambda k: (self.shape[k] > 1, k))
@@ -185,6 +190,23 @@ class ProductGrid:
             number = number * sizes[name] + np.expand_dims(ranges[name], 1 - axis)
         shape = tuple(ranges[name].size for name in self._dims[:2])
         return np.array(np.broadcast_to(number, shape), order="C")
+
+    def tiles(self, shape: Sequence[int], most: int) -> list[tuple[slice, ...]]:
+        """Cut a part of the grid, of some shape, into tiles of at most so many cells that read little from memory.
+
+        In a tile about as many fields share a series as pairs of the others share what a field says.
+        """
+        of_dim = dict(zip(self._dims, (shape[k] for k in self._order), strict=True))
+        last, size = self._dims[-1], dict.fromkeys(self._dims, 1)
+        few = ((last, most if last == "field" else FEW), ("field", FEW))
+        for name, longest in (*few, *((name, most) for name in reversed(self._dims))):
+            room = most // (math.prod(size.values()) // size[name])
+            size[name] = max(size[name], min(of_dim[name], longest, room))
+        cuts = (
+            [slice(first, min(first + size[name], of_dim[name])) for first in range(0, of_dim[name], size[name])]
+            for name in self.dims
+        )
+        return list(itertools.product(*cuts))
 
     def evaluate(self, part: Sequence[slice], status: NDArray[np.int8], results: Sequence[Floats]) -> int:
         """Compute a part of the grid.

@@ -218,12 +218,12 @@ def test_a_second_writer_is_refused(path, monkeypatch):
     assert os.listdir(path.parent) == ["map.nc"]
 
 
-def test_memory_bounds_the_parts(path):
+def test_memory_bounds_the_parts(path, monkeypatch):
+    monkeypatch.setattr(stream, "SHARING_PART_CELLS", 10**9)
     sizes = {}
     for memory in (None, "16MiB", 2**24, "20 MB", "1.5GiB"):
-        stream.PART_CELLS = 10**9
-        plan = planned_file(path, Request(dm.RampHold(), {**CUBE, "field": np.linspace(1, 2, 10**5)}), memory=memory)
-        sizes[memory] = max(plan.cells(0), plan.cells(1)) * 41
+        plan = planned_file(path, Request(dm.RampHold(), {**CUBE, "field": np.linspace(1, 2, 10**6)}), memory=memory)
+        sizes[memory] = max(plan.parts.cells(0), plan.parts.cells(1)) * 41
     assert sizes["16MiB"] == sizes[2**24] <= 2**24 / 8
     assert sizes["16MiB"] < sizes["20 MB"] < sizes[None] <= 2**30 / 8
     assert sizes[None] < sizes["1.5GiB"]

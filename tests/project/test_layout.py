@@ -45,6 +45,7 @@ RANKS = (
 # The same within the kernels: what is common, then the rooms, then what is made of them.
 KERNEL_RANKS = (
     {"_jit", "_cache", "model", "elementary", "lane_state", "programs"},
+    {"checksum"},
     {"sweep"},
     {"forms"},
     {"runge_kutta", "hold"},

@@ -6,7 +6,7 @@ import hypothesis.strategies as st
 import numpy as np
 from hypothesis import given
 
-from dea_maps.sweeps.chunks import cut
+from dea_maps.sweeps.chunks import blocks, cut
 
 SHAPES = st.lists(st.integers(0, 7), max_size=4).map(tuple)
 
@@ -22,12 +22,28 @@ def test_parts_are_the_cells_in_order(shape, most):
         assert cells.size <= most
 
 
-@given(SHAPES.filter(math.prod), st.integers(1, 20), st.integers(1, 60))
-def test_parts_keep_the_borders_of_finer_ones(shape, few, more):
-    finer = cut(shape, few)
-    parts = cut(shape, max(few, more), finer)
-    borders = {finer.cells(i).start for i in range(finer.count)}
-    assert {parts.cells(i).start for i in range(parts.count)} <= borders
+@given(SHAPES.filter(math.prod), st.integers(1, 20), st.integers(1, 60), st.none() | st.integers(0, 3))
+def test_parts_are_whole_chunks_and_hold_every_cell_once(shape, few, more, wide):
+    numbers = np.arange(math.prod(shape)).reshape(shape)
+    chunks = cut(shape, few)
+    parts = blocks(chunks, max(few, more), wide)
+    seen = []
+    for number in range(parts.count):
+        cells = numbers[parts.index(number)].ravel()
+        assert cells.size == parts.cells(number) <= max(few, more)
+        for chunk, place in zip(*parts.chunks_of(number), strict=True):
+            assert np.array_equal(cells[place], numbers[chunks.index(chunk)].ravel())
+            seen.append(chunk)
+        if wide is None:
+            assert np.array_equal(cells, np.arange(cells[0], cells[-1] + 1))
+    assert sorted(seen) == list(range(chunks.count))
+
+
+def test_parts_have_much_of_the_dimension_that_is_wide():
+    chunks = cut((1000, 1000, 1000), 65_536)
+    assert chunks.part_shape == (1, 63, 1000)
+    assert blocks(chunks, 750_000, wide=0).sizes == (11, 1)
+    assert blocks(chunks, 750_000, wide=2).sizes == blocks(chunks, 750_000).sizes == (1, 8)
 
 
 @given(SHAPES, st.integers(1, 60))

@@ -57,7 +57,7 @@ def test_the_same_bits_on_any_threads(whole, threads, chunk, monkeypatch):
 @pytest.mark.parametrize("cells", [10_000, 400, 45, 4])
 @pytest.mark.parametrize("memory", [2**24, 2**30])
 def test_a_file_holds_the_same_bits(whole, cells, memory, monkeypatch, tmp_path):
-    monkeypatch.setattr(stream, "PART_CELLS", cells)
+    monkeypatch.setattr(stream, "SHARING_PART_CELLS", cells)
     monkeypatch.setattr(stream, "CHUNK_CELLS", 1)
     dm.sweep_to_netcdf(tmp_path / "map.nc", dm.RampHold(), **AXES, memory=memory)
     xr.testing.assert_identical(xr.load_dataset(tmp_path / "map.nc"), whole)
@@ -65,7 +65,7 @@ def test_a_file_holds_the_same_bits(whole, cells, memory, monkeypatch, tmp_path)
 
 @pytest.mark.parametrize("cells", [400, 45, 4])
 def test_a_file_whose_parts_are_grids_of_their_own_holds_the_same_bits(whole, cells, monkeypatch, tmp_path):
-    monkeypatch.setattr(stream, "PART_CELLS", cells)
+    monkeypatch.setattr(stream, "SHARING_PART_CELLS", cells)
     monkeypatch.setattr(stream, "CHUNK_CELLS", 1)
     monkeypatch.setattr(stream, "product_bytes", lambda product, rtol: 2**40)
     dm.sweep_to_netcdf(tmp_path / "map.nc", dm.RampHold(), **AXES)
@@ -74,12 +74,14 @@ def test_a_file_whose_parts_are_grids_of_their_own_holds_the_same_bits(whole, ce
 
 @pytest.mark.parametrize(("memory", "divided"), [(2**24, True), (2**30, False)])
 def test_parts_are_grids_of_their_own_where_memory_is_short(memory, divided, tmp_path):
-    axes = {"field": AXES["field"], "rate": np.geomspace(1e-3, 1e3, 200), "modulus_ratio": np.linspace(1.5, 10.0, 400)}
+    axes = {"field": AXES["field"], "rate": np.geomspace(1e-3, 1e3, 300), "modulus_ratio": np.linspace(1.5, 10.0, 400)}
     plan = planned_file(tmp_path / "map.nc", Request(dm.RampHold(), axes), memory=memory)
     assert plan.divided == divided
-    product = plan.task(2).product
-    assert (product.axes[0].size == AXES["field"].size) == (not divided)
-    np.testing.assert_array_equal(product.axes[0][product.part[0]], AXES["field"][plan.parts.index(2)[0]])
+    assert plan.parts.count > 1
+    product = plan.task(1).product
+    assert (product.axes[1].size == 300) == (not divided)
+    for name, axis, own, index in zip(axes, product.axes, product.part, plan.parts.index(1), strict=False):
+        np.testing.assert_array_equal(axis[own], axes[name][index])
 
 
 @pytest.mark.parametrize(("rtol", "sizes"), [(1e-3, (20, 40, 5)), (1e-6, (40, 1, 64)), (1e-10, (30, 24, 16))])
@@ -100,7 +102,7 @@ def test_parts_of_one_grid_are_computed_from_the_same_tables(monkeypatch, tmp_pa
         made.append(arguments)
         return real(*arguments)
 
-    monkeypatch.setattr(stream, "PART_CELLS", 45)
+    monkeypatch.setattr(stream, "SHARING_PART_CELLS", 45)
     monkeypatch.setattr(stream, "CHUNK_CELLS", 45)
     monkeypatch.setattr(solve.product_grid, "ProductGrid", counted)
     dm.sweep_to_netcdf(tmp_path / "map.nc", dm.RampHold(), **AXES)
