@@ -16,7 +16,7 @@ from ..programs import Program
 from ..sweeps.dead_load import has_dead_load
 from ..sweeps.grid import kinds_taken, make_grid
 from ..sweeps.loading import repetitions_before
-from ..sweeps.methods import choose
+from ..sweeps.methods import LARGEST_RTOL, choose
 from ..sweeps.parameters import ParameterLike
 from ..sweeps.ratios import in_ratios
 from ..sweeps.solve import Parameters, solve_auto
@@ -34,6 +34,8 @@ _RANGES = {
     "share": (1e-9, 1.0),
 }
 _BISECTIONS = 200
+# By how much the tolerance of a film that is unresolved is larger the next time.
+LOOSER = 100.0
 
 
 def allowable(
@@ -188,21 +190,61 @@ def _search(
     strength: StrengthOf | None,
 ) -> tuple[Array, npt.NDArray[np.int8], npt.NDArray[np.int8] | None]:
     """Return the largest values by bisection in the logarithm, why there may be none, and what limits them."""
+    lifetime, cycles = wanted
+    tight = tight_rtol(rtol)
 
-    def fates(values: Array, chosen: npt.NDArray[np.bool_]) -> dict[str, npt.NDArray[Any]]:
+    def fates(values: Array, chosen: npt.NDArray[np.bool_]) -> tuple[dict[str, npt.NDArray[Any]], Array]:
+        """Return the results of films, and how accurate they are: outcomes are certain at any tolerance.
+
+        Next to a boundary the answer to what is beside the outcome may be too sensitive for a small one.
+        """
         own = {name: array[chosen] for name, array in cells.items()} | {parameter: values[chosen]}
-        return _fates(program, own, tight_rtol(rtol), strength)
+        found = _fates(program, own, tight, strength)
+        accuracy, loose = np.full(values[chosen].size, tight), LOOSER * tight
+        lost = found["outcome"] == Outcome.UNRESOLVED
+        while lost.any() and loose <= LARGEST_RTOL:
+            again = _fates(program, {name: array[lost] for name, array in own.items()}, loose, strength)
+            for name, array in again.items():
+                found[name][lost] = array
+            accuracy[lost] = loose
+            lost, loose = found["outcome"] == Outcome.UNRESOLVED, LOOSER * loose
+        return found, accuracy
 
     def lasts(values: Array, chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.int8]:
         """Return 1 where films last, 0 where not, -1 where that is not known."""
-        found = fates(values, chosen)
-        lifetime, cycles = wanted
+        found, accuracy = fates(values, chosen)
+        unknown = found["outcome"] == Outcome.UNRESOLVED
         if cycles is not None:
             long_enough = found["cycles_to_failure"] >= cycles
         else:
-            long_enough = (found["time_to_failure"] >= lifetime) & (found["outcome"] != Outcome.FAILS_AT_ONCE)
+            time = found["time_to_failure"]
+            long_enough = (time >= lifetime) & (found["outcome"] != Outcome.FAILS_AT_ONCE)
+            if lifetime < np.inf:
+                unknown |= (accuracy > tight) & (abs(time - lifetime) <= accuracy * lifetime)
         answer = np.where((found["outcome"] == Outcome.SURVIVES) | long_enough, 1, 0)
-        return np.where(found["outcome"] == Outcome.UNRESOLVED, -1, answer).astype(np.int8)
+        return np.where(unknown, -1, answer).astype(np.int8)
+
+    def narrow(
+        low: Array, high: Array, open_: npt.NDArray[np.bool_], beyond: bool
+    ) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
+        """Return the largest value known to be allowed, the smallest known not to be, where one was not known.
+
+        ``beyond``: the answer is looked for above what is not known, otherwise below.
+        """
+        allowed, failing, unknown = low, high, np.zeros(low.size, np.bool_)
+        for _ in range(_BISECTIONS):
+            if not open_.any():
+                break
+            middle = np.sqrt(low * high)
+            answer = np.zeros(low.size, np.int8)
+            answer[open_] = lasts(middle, open_)
+            allowed = np.where(open_ & (answer == 1), middle, allowed)
+            failing = np.where(open_ & (answer == 0), middle, failing)
+            unknown |= answer == -1
+            above = (answer == 1) | ((answer == -1) & beyond)
+            low, high = np.where(open_ & above, middle, low), np.where(open_ & ~above, middle, high)
+            open_ = open_ & (high > low * (1.0 + 0.2 * rtol))
+        return allowed, failing, unknown
 
     everywhere = np.ones(low.size, np.bool_)
     at_low, at_high = lasts(low, everywhere), lasts(high, everywhere)
@@ -211,27 +253,16 @@ def _search(
         [Reason.ALWAYS, Reason.NEVER, Reason.UNRESOLVED],
         Reason.ANSWERED,
     ).astype(np.int8)
-    open_ = reason == Reason.ANSWERED
-    unknown = np.zeros(low.size, np.bool_)
-    for _ in range(_BISECTIONS):
-        if not open_.any():
-            break
-        middle = np.sqrt(low * high)
-        answer = np.zeros(low.size, np.int8)
-        answer[open_] = lasts(middle, open_)
-        unknown |= answer == -1
-        low = np.where(open_ & (answer == 1), middle, low)
-        high = np.where(open_ & (answer != 1), middle, high)
-        open_ &= high > low * (1.0 + 0.2 * rtol)
-    # What is not known on the way lies next to the answer, or the answer is not known.
-    reason[unknown & (reason == Reason.ANSWERED) & ~_narrow(low, high, rtol)] = Reason.UNRESOLVED
+    allowed, failing, unknown = narrow(low, high, reason == Reason.ANSWERED, False)
+    allowed, failing, _ = narrow(allowed, failing, unknown, True)
+    reason[(reason == Reason.ANSWERED) & (failing > allowed * (1.0 + rtol))] = Reason.UNRESOLVED
     answered = reason == Reason.ANSWERED
     limit = None
     if strength is not None:
         limit = np.where(reason == Reason.ALWAYS, Limit.NONE, Limit.UNRESOLVED).astype(np.int8)
         if answered.any():
-            limit[answered] = fates(high, answered)["first_limit"]
-    return np.where(answered, np.sqrt(low * high), np.nan), reason, limit
+            limit[answered] = fates(failing, answered)[0]["first_limit"]
+    return np.where(answered, np.sqrt(allowed * failing), np.nan), reason, limit
 
 
 def _fates(
@@ -252,7 +283,3 @@ def _fates(
         completed = repetitions_before(program, films, time)
         found["cycles_to_failure"] = np.where(broken, completed, found["cycles_to_failure"])
     return found
-
-
-def _narrow(low: Array, high: Array, rtol: float) -> npt.NDArray[np.bool_]:
-    return np.asarray(high <= low * (1.0 + rtol))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._jit import device
+from ..lane_state import next_cells
 from ..model import CRITICAL_LOAD
 from .law import Law
 from .march import EPSILON, NODES, SAFETY, STAGES, add_slopes, factor_of, make_errors, total_error
@@ -247,15 +248,11 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
         held = np.empty(lanes, np.int64)
         following = 0
         while True:
-            count = 0
-            while count < lanes and following < status.size:
-                if status[following] == NEAR:
-                    put(kind, scale, source, columns, p, sigma, cells[following], kept, following, w, count)
-                    held[count] = following
-                    count += 1
-                following += 1
+            count, following = next_cells(status, following, NEAR, held)
             if count == 0:
                 return
+            for i in range(count):
+                put(kind, scale, source, columns, p, sigma, cells[held[i]], kept, held[i], w, i)
             for i in range(count, lanes):
                 w[TRIAL, i] = 0.0
             for _ in range(ATTEMPTS):

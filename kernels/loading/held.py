@@ -16,6 +16,7 @@ from ..dead_load import hold as loaded_hold
 from ..dead_load import sweep as loaded
 from ..dead_load.film import FIELD_T, FILM, GAP_T, W_T, describe, equilibrium_d
 from ..hold import quadrature
+from ..lane_state import next_cells
 from ..model import CRITICAL_LOAD, CRITICAL_U
 from .law import FREE, LOADED, Law
 from .march import EPSILON, total_error
@@ -136,16 +137,9 @@ def make_hold(law: Law, lanes: int) -> Callable[..., Any]:
         fields, served = np.ones(lanes), np.zeros(lanes)
         following = 0
         while True:
-            count = 0
-            while count < lanes and following < status.size:
-                if status[following] == HOLDS:
-                    held[count] = following
-                    count += 1
-                following += 1
+            count, following = next_cells(status, following, HOLDS, held)
             if count == 0:
                 return
-            for i in range(count, lanes):
-                held[i] = held[0]
             for i in range(lanes):
                 passage = held[i]
                 piece = np.int64(kept[PIECE, passage])

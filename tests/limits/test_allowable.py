@@ -1,4 +1,4 @@
-"""The largest value of one parameter, where electrical breakdown may come before the instability."""
+"""The largest value of one parameter: next to a folded singularity, where films are unresolved, and by breakdown."""
 
 import dataclasses
 
@@ -6,10 +6,39 @@ import numpy as np
 import pytest
 
 import dea_maps as dm
-from dea_maps.outcomes import Limit, Reason
+from dea_maps.limits import allowable
+from dea_maps.outcomes import Limit, Outcome, Reason
 
 WEAK = dataclasses.replace(dm.VHB, breakdown_strength=22e6)
 FILM = {"material": WEAK, "thickness": 100e-6}
+
+
+@pytest.mark.parametrize("fall_rate", [1e-3, 0.2])
+def test_next_to_a_folded_singularity(fall_rate):
+    """Largest stretches of films that just survive are too sensitive there for a small tolerance; outcomes are not.
+
+    Held to another kernel, which goes through the program in steps of time.
+    """
+    others = {"rate": 20.0, "hold_time": 0.0, "fall_rate": fall_rate, "modulus_ratio": 4.0}
+    found = dm.allowable(dm.Trapezoid(), "field", rtol=1e-10, **others)
+    assert found.reason.item() == Reason.ANSWERED
+    fields = found.allowable.item() * np.array([1 - 1e-8, 1 + 1e-8])
+    ds = dm.sweep(dm.Trapezoid(), field=fields, **others, method="dop853", formulation="time", rtol=1e-9)
+    assert ds.outcome.values.tolist() == [Outcome.SURVIVES, Outcome.FAILS_LATER]
+
+
+@pytest.mark.parametrize(("upper", "reason"), [(1.1, Reason.UNRESOLVED), (1.0 + 1e-8, Reason.ANSWERED)])
+def test_where_films_are_unresolved_at_every_tolerance(monkeypatch, upper, reason):
+    def fates(program, films, *_):
+        field = films["field"]
+        outcome = np.select([field < 1.0, field < upper], [Outcome.SURVIVES, Outcome.UNRESOLVED], Outcome.FAILS_LATER)
+        return {"outcome": outcome, "time_to_failure": np.where(field < upper, np.nan, 1.0)}
+
+    monkeypatch.setattr(allowable, "_fates", fates)
+    found = dm.allowable(dm.Pulse(), "field", width=[1.0, 2.0], modulus_ratio=4.0, rtol=1e-6)
+    assert (found.reason == reason).all()
+    expected = 1.0 if reason == Reason.ANSWERED else np.nan
+    np.testing.assert_allclose(found.allowable, [expected, expected], rtol=1e-6)
 
 
 def test_constant_voltages_are_those_of_a_design():
