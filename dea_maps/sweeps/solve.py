@@ -45,7 +45,7 @@ ATTEMPTS = 1_000_000
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
 COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
-COMPILE_SECONDS_OF_PRODUCTS = 40
+COMPILE_SECONDS_OF_PRODUCTS = 20
 
 _OUTCOMES = np.full(16, Outcome.UNRESOLVED, np.int8)
 _OUTCOMES[lane_state.SURVIVES] = Outcome.SURVIVES
