@@ -167,8 +167,9 @@ def _common_sizes(arrays: dict[str, xr.DataArray]) -> dict[str, int]:
 
 def _broadcast(variable: xr.Variable, dims: tuple[str, ...], shape: tuple[int, ...]) -> npt.NDArray[np.float64]:
     """Return a read-only view of `shape`, with stride zero along the dimensions that the variable lacks."""
-    ordered = variable.transpose(*(dim for dim in dims if dim in variable.dims)).values
-    return np.broadcast_to(ordered[tuple(slice(None) if dim in variable.dims else np.newaxis for dim in dims)], shape)
+    own = variable.dims
+    ordered = (variable.transpose(*(dim for dim in dims if dim in own)) if len(own) > 1 else variable).values
+    return np.broadcast_to(ordered[tuple(slice(None) if dim in own else np.newaxis for dim in dims)], shape)
 
 
 def _common_coordinates(arrays: dict[str, xr.DataArray], kinds: dict[str, str]) -> dict[str, xr.Variable]:

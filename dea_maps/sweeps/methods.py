@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..checks import brief
-from ..programs import PROGRAMS, Program, shape_of
+from ..programs import PROGRAMS, Program, Shape, shape_of
 
 SMALLEST_RTOL = 1e-12
 LARGEST_RTOL = 1e-3
@@ -107,18 +107,17 @@ _DEAD_LOAD: Mapping[str, str] = {"stretch": "quadrature", "area": "dop853"}
 """The method that serves films under a dead load, by the formulation in `_SHAPES`."""
 
 
-def _serves(method: str, form: str, program: Program, dead_load: bool) -> bool:
-    """Return whether a method on a formulation serves a program."""
+def _serves(method: str, form: str, shape: Shape | None, dead_load: bool) -> bool:
+    """Return whether a method on a formulation serves programs of a shape, or of none."""
     if form not in _SHAPES:
         return True
-    shape = shape_of(program)
     return shape is not None and shape.name in _SHAPES[form] and (not dead_load or _DEAD_LOAD.get(form) == method)
 
 
 def _serves_named(method: str, form: str, name: str) -> bool:
     """Return whether a method on a formulation serves every program of a name, for films without a dead load."""
     made_of_pieces = isinstance(PROGRAMS[name].__dict__.get("pieces"), tuple)
-    return form not in _SHAPES or (made_of_pieces and _serves(method, form, PROGRAMS[name](), False))
+    return form not in _SHAPES or (made_of_pieces and _serves(method, form, shape_of(PROGRAMS[name]()), False))
 
 
 _WHOLE_REGION = (
@@ -244,8 +243,9 @@ def choose(
     _check_number("rtol", rtol)
     if not SMALLEST_RTOL <= rtol <= LARGEST_RTOL:
         raise ValueError(f"rtol must be from {SMALLEST_RTOL} to {LARGEST_RTOL}; got {brief(rtol)}")
+    shape = shape_of(program)
     served = {
-        entry.name: [form for form in entry.formulations if _serves(entry.name, form, program, dead_load)]
+        entry.name: [form for form in entry.formulations if _serves(entry.name, form, shape, dead_load)]
         for entry in _METHODS
     }
     known = {entry.name: entry for entry in _METHODS if served[entry.name]}

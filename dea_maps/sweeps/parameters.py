@@ -81,16 +81,18 @@ def as_data_array(name: str, value: ParameterLike | xr.Variable, kind: str, unit
     if raw.dtype.kind not in "iuf":
         raise TypeError(f"{name} must be {_KINDS}; got {brief(value)} of type {raw.dtype}")
     values = np.array(raw, dtype=np.float64)
-    named = xr.DataArray(values, dims=(name,) * raw.ndim) if given is raw else xr.DataArray(given)
     check_values(name, values, KINDS[kind])
+    described = {"long_name": parameter(name, kind).long_name, "units": units}
+    if given is raw:
+        return xr.DataArray(values, dims=(name,) * raw.ndim, attrs=described)
+    named = xr.DataArray(given)
     _check_coordinates(name, named, values)
     own = named.attrs.get("units", units)
     if own not in ({"", "1", "dimensionless"} if units == "1" else {units, units.replace(" s-1", "/s")}):
         wanted = "dimensionless, with units '1'" if units == "1" else f"in {units}"
         raise ValueError(f"{name} must be {wanted}; got units {own!r}")
-    array = named if given is raw else named.copy(data=values)
-    quantity = parameter(name, kind)
-    array.attrs = {"long_name": quantity.long_name, **named.attrs, "units": units}
+    array = named.copy(data=values)
+    array.attrs = {**described, **named.attrs, "units": units}
     return array
 
 
