@@ -12,8 +12,6 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-# Newton's method on a convex increasing function, from above its root.
-_ITERATIONS = 60
 _CRITICAL_LOAD = 0.75 * 4.0 ** (-1.0 / 3.0)
 
 
@@ -60,11 +58,12 @@ def critical_stretch(internal_stretch: Array, modulus_ratio: Array, stress: Arra
     r, p = internal_stretch**2, modulus_ratio - 1.0
     A, B = 1.0 + p / r, 1.0 + p * r * r
     w = (0.25 * A / B) ** (1.0 / 6.0)  # the root without a load, above that with one
-    for _ in range(_ITERATIONS):
-        below = w - (8.0 * B * w**6 + 3.0 * stress * w - 2.0 * A) / (48.0 * B * w**5 + 3.0 * stress)
-        if np.array_equal(below, w, equal_nan=True):
-            break
-        w = below
+    falls = True
+    while falls:  # Newton's method on a convex increasing function falls until rounding ends it
+        fifth = B * (w * w) ** 2 * w
+        below = w - ((8.0 * fifth + 3.0 * stress) * w - 2.0 * A) / (48.0 * fifth + 3.0 * stress)
+        falls = bool((below < w).any())
+        w = np.minimum(w, below)
     return np.asarray(1.0 / w)
 
 
