@@ -1,4 +1,4 @@
-"""Data sets that the tests of charts share."""
+"""Data sets that the tests of charts share; programs that tests define are forgotten."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,19 @@ import xarray as xr
 from hypothesis import settings
 
 import dea_maps as dm
+from dea_maps import programs
 
 settings.register_profile("without_deadline", deadline=None)  # no test depends on how busy the machine is
 settings.load_profile("without_deadline")
+
+
+@pytest.fixture
+def defines_programs():
+    """Forget the programs that a test defines."""
+    known = set(programs.PROGRAMS)
+    yield
+    for name in set(programs.PROGRAMS) - known:
+        del programs._DEFINED[name]
 
 
 @pytest.fixture(scope="session")

@@ -10,9 +10,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from dea_maps import programs
 from dea_maps.cli.main import main
-from dea_maps.programs import PROGRAMS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -33,14 +31,11 @@ def pages_with(language):
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch, defines_programs):
     """Return an empty folder as the current one, where no window opens and programs that are defined are forgotten."""
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
-    known = set(PROGRAMS)
-    yield tmp_path
-    for name in set(PROGRAMS) - known:
-        del programs._DEFINED[name]
+    return tmp_path
 
 
 @pages_with("pycon")

@@ -128,7 +128,7 @@ def test_coordinates_of_an_earlier_result_can_be_used_again():
     assert grid.coords["modulus_ratio"].values.tolist() == [3.0, 4.0]
 
 
-def test_a_program_of_ones_own_is_as_good():
+def test_a_program_of_ones_own_is_as_good(defines_programs):
     @dataclass(frozen=True)
     class Jolt(Program):
         name = "jolt"
