@@ -45,7 +45,9 @@ ATTEMPTS = 1_000_000
 # Seconds to compile a sweep, by method, and trajectories: on one core of a processor of 2024, for the slowest program.
 COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5": 20}
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
-COMPILE_SECONDS_OF_PRODUCTS = 20
+COMPILE_SECONDS_OF_PRODUCTS = 12
+
+_PREPARING = threading.Lock()
 
 _OUTCOMES = np.full(16, Outcome.UNRESOLVED, np.int8)
 _OUTCOMES[lane_state.SURVIVES] = Outcome.SURVIVES
@@ -141,7 +143,7 @@ def solve(
     result: dict[str, NDArray[Any]]
     own = (product or product_of(program, parameters)) if choice.shared else None
     if own is not None:
-        _prepare(_product_kernels(kernel), program.name, COMPILE_SECONDS_OF_PRODUCTS)
+        _prepare(product_grid.kernels(), program.name, COMPILE_SECONDS_OF_PRODUCTS)
         result = {name: np.empty(cells, dtype) for name in needed}
         _solve_product(own, choice, product is not None, outcome, result, on_cells, threads)
     else:
@@ -191,10 +193,6 @@ def product_bytes(product: Product, rtol: float) -> int:
     return product_grid.table_bytes(product.dims, [axis.size for axis in product.axes], rtol)
 
 
-def _product_kernels(single: Kernel) -> tuple[Kernel, ...]:
-    return single, *product_grid.kernels()
-
-
 class _Last:
     """The product grid of which a part was computed last."""
 
@@ -237,7 +235,10 @@ def _solve_product(
         def each(work: Callable[[int], int], numbers: range) -> None:
             _in_threads(work, numbers, threads=threads)
 
-        return product_grid.ProductGrid(product.dims, product.axes, rtol, ATTEMPTS, each)
+        def alone(single: Kernel) -> None:
+            _prepare((single,), "single cells", COMPILE_SECONDS[choice.method])
+
+        return product_grid.ProductGrid(product.dims, product.axes, rtol, ATTEMPTS, each, alone)
 
     key = (product.dims, rtol, *(axis.tobytes() for axis in product.axes))
     grid = _LAST.get(key, make) if keep else make()
@@ -303,16 +304,17 @@ def _column(argument: Argument | None, given: Parameters) -> NDArray[np.float64]
 def compiles(program: Program, choice: Choice) -> bool:
     """Return whether the next sweep of a program would first compile: its machine code is not there yet."""
     _, kernel, _ = _kernel(program, choice)
-    kernels = _product_kernels(kernel) if choice.shared else (kernel,)
+    kernels = product_grid.kernels() if choice.shared else (kernel,)
     return any(kernel.needs_compiling() for kernel in kernels)
 
 
 def _prepare(kernels: Collection[Kernel], what: str, seconds: int) -> None:
     """Compile kernels if need be, and say so before; in the calling thread, where Ctrl-C ends it."""
-    if any(kernel.needs_compiling() for kernel in kernels):
-        notice(f"compiling for {what}, once, some {seconds} s")
-    for kernel in kernels:
-        kernel.prepare()
+    with _PREPARING:
+        if any(kernel.needs_compiling() for kernel in kernels):
+            notice(f"compiling for {what}, once, some {seconds} s")
+        for kernel in kernels:
+            kernel.prepare()
 
 
 def solve_auto(program: Program, parameters: Parameters, rtol: float) -> Solution:

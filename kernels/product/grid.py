@@ -145,11 +145,21 @@ class ProductGrid:
         Bound on the attempted steps of a cell that its series leaves out.
     each : callable, optional
         ``each(work, numbers)`` calls ``work`` with every number, in any order, on any number of threads.
+    prepare : callable, optional
+        Compiles the solver of a single cell. That takes as long as all else that a product grid needs, and few grids
+        have a cell that is left to it: it is called when the first one is met.
     """
 
     def __init__(
-        self, dims: Sequence[str], axes: Sequence[Floats], rtol: float, attempts: int, each: Each = _in_turn
+        self,
+        dims: Sequence[str],
+        axes: Sequence[Floats],
+        rtol: float,
+        attempts: int,
+        each: Each = _in_turn,
+        prepare: Callable[[Kernel], object] = Kernel.prepare,
     ) -> None:
+        self._prepare = prepare
         self.dims, self.rtol, self.attempts = tuple(dims), rtol, attempts
         self.shape = tuple(axis.size for axis in axes)
         # Dimensions of a single value go first: lanes are along the last one.
@@ -248,6 +258,7 @@ class ProductGrid:
         found = np.empty((RESULTS, where[0].size))
         verdict = np.empty(where[0].size, np.int8)
         solve = sweep_for("ramp_hold", "area", "dop853")
+        self._prepare(solve)
         given = (columns["field"], columns["rate"], columns["modulus_ratio"])
         solve(*given, self.rtol, 0.0, self.attempts, verdict, found)
         status[where] = verdict

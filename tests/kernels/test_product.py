@@ -32,8 +32,8 @@ GRIDS = {
 }
 
 
-def evaluate(dims, axes, rtol, part=None):
-    grid = ProductGrid(dims, axes, rtol, ATTEMPTS)
+def evaluate(dims, axes, rtol, part=None, **options):
+    grid = ProductGrid(dims, axes, rtol, ATTEMPTS, **options)
     part = [slice(0, size) for size in grid.shape] if part is None else part
     shape = tuple(own.stop - own.start for own in part)
     status = np.full(shape, 99, np.int8)
@@ -112,11 +112,20 @@ def test_the_same_bits_whatever_order_the_series_are_found_in():
 @pytest.mark.parametrize("rate", [1e-12, 1e12])
 def test_rates_beyond_any_series_are_left_to_the_solver_of_a_single_cell(rate):
     axes = (np.array([0.9, 1.1, 3.0]), np.array([rate, 1.0]), np.array([4.0]))
-    status, results, left = evaluate(DIMS, axes, 1e-6)
+    prepared = []
+    status, results, left = evaluate(DIMS, axes, 1e-6, prepare=prepared.append)
     expected_status, expected = singly(axes, 1e-6)
     assert left == 2
+    assert prepared == [build.sweep_for("ramp_hold", "area", "dop853")]
     np.testing.assert_array_equal(status, expected_status)
     np.testing.assert_array_equal(results[:, :, 0], expected[:, :, 0])
+
+
+def test_the_solver_of_a_single_cell_is_not_compiled_for_nothing():
+    prepared = []
+    axes = (np.linspace(0.9, 2.1, 5), np.array([0.1, 1.0]), np.array([4.0]))
+    *_, left = evaluate(DIMS, axes, 1e-6, prepare=prepared.append)
+    assert (left, prepared) == (0, [])
 
 
 def test_the_rule_counts_fields_and_asks_for_no_more_than_series_can_give():
