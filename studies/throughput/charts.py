@@ -13,7 +13,12 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 # Dark blue, orange, light blue: three steps of lightness, told apart in grey, and a marker each.
-STYLES = {"step": ("#08306b", "o"), "ramp": ("#d55e00", "s"), "ramp_hold": ("#7fb8dd", "^")}
+STYLES = {
+    "step": ("#08306b", "o"),
+    "ramp": ("#d55e00", "s"),
+    "ramp_hold": ("#7fb8dd", "^"),
+    "ramp_hold scattered": ("#595959", "x"),
+}
 
 
 def _save(figure: Figure, path: Path) -> None:

@@ -1,13 +1,25 @@
-"""The grids: a map of every program, of any number of cells."""
+"""The grids: a map of every program, of any number of cells; of ramps that are held also as scattered films."""
 
 import numpy as np
+import xarray as xr
+from common.programs import PROGRAMS
 from numpy.typing import NDArray
 
 RATIOS = 10
+SCATTERED = "ramp_hold scattered"
+GRIDS = {**PROGRAMS, SCATTERED: PROGRAMS["ramp_hold"]}
 
 
-def parameters(program: str, cells: int) -> dict[str, NDArray[np.float64]]:
+def parameters(name: str, cells: int) -> dict[str, NDArray[np.float64] | xr.DataArray]:
     """Return a grid with 10 modulus ratios from 2 to 6; every film of it fails later, none survives, none at once."""
+    if name == SCATTERED:
+        columns = zip(("field", "rate", "modulus_ratio"), flat("ramp_hold", cells), strict=True)
+        return {parameter: xr.DataArray(values, dims="film") for parameter, values in columns}
+    return axes(name, cells)
+
+
+def axes(program: str, cells: int) -> dict[str, NDArray[np.float64]]:
+    """Return the values of every parameter of a grid."""
     ratio = np.linspace(2.0, 6.0, RATIOS)
     rest = max(cells // RATIOS, 1)
     if program == "step":
@@ -24,7 +36,7 @@ def parameters(program: str, cells: int) -> dict[str, NDArray[np.float64]]:
 
 def flat(program: str, cells: int) -> list[NDArray[np.float64]]:
     """Return field, rate and modulus ratio of every cell, as a kernel takes them: zero where there is none."""
-    given = parameters(program, cells)
+    given = axes(program, cells)
     columns = dict(zip(given, (part.ravel() for part in np.meshgrid(*given.values(), indexing="ij")), strict=True))
     zero = np.zeros(columns["modulus_ratio"].size)
     return [np.ascontiguousarray(columns.get(name, zero)) for name in ("field", "rate", "modulus_ratio")]

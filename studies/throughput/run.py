@@ -12,6 +12,7 @@ from pathlib import Path
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import charts
+import grids
 import measure
 import xarray as xr
 from common.machine import describe_machine
@@ -30,11 +31,12 @@ def main() -> None:
 
     rtols = QUICK_RTOLS if quick else measure.RTOLS
     programs = ("step",) if quick else tuple(PROGRAMS)
+    maps = ("step",) if quick else tuple(grids.GRIDS)
     powers = range(4, 5) if quick else range(2, 9 if options.huge else 8)
     parts = [
         measure.limits(*((2_000, 20, 2_000) if quick else (100_000, 200, 100_000)), rtols),
-        measure.sizes(programs, powers, (1, 2)),
-        measure.accuracies(programs, 10_000 if quick else 1_000_000, rtols),
+        measure.sizes(maps, powers, (1, 2)),
+        measure.accuracies(maps, 10_000 if quick else 1_000_000, rtols),
         measure.starts(programs, ("warm",) if quick else ("cold", "warm")),
     ]
     data = xr.merge(parts).sortby("rtol", ascending=False)
@@ -59,6 +61,11 @@ def print_sizes(data: xr.Dataset) -> None:
             print(f"| {program} | {threads} |", " | ".join(f"{rate:.1e}" for rate in rates), "|")
         ends = data.rate.sel(program=program, threads=[data.threads.values.min(), data.threads.values.max()])
         print(f"| {program} | ratio |", " | ".join(f"{ratio:.2f}" for ratio in ends[1].values / ends[0].values), "|")
+    if grids.SCATTERED in data.program.values:
+        ratios = data.rate.sel(program="ramp_hold") / data.rate.sel(program=grids.SCATTERED)
+        for threads in data.threads.values:
+            over = ratios.sel(threads=threads).values
+            print(f"| ramp_hold over scattered | {threads} |", " | ".join(f"{ratio:.1f}" for ratio in over), "|")
     print(f"\nPeak memory above that of the process before the sweep, MB\n\n| program | threads | {heads} |")
     print("|---|---|" + "---|" * data.sizes["size"])
     for program in data.program.values:

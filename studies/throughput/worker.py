@@ -1,6 +1,6 @@
 """One fresh process: sweep a grid of a given size and say, as JSON, how long it took and how much memory.
 
-Arguments: name of the program, number of cells, number of repeats, and one rtol or more.
+Arguments: name of the grid, number of cells, number of repeats, and one rtol or more.
 """
 
 import json
@@ -13,7 +13,6 @@ from pathlib import Path
 sys.path.insert(1, str(Path(__file__).resolve().parents[1]))
 
 import grids
-from common.programs import PROGRAMS
 
 import dea_maps as dm
 
@@ -36,7 +35,7 @@ def megabytes() -> float:
 def main() -> None:
     """Sweep little once, then what counts."""
     name, cells, repeats, *rtols = sys.argv[1:]
-    program = PROGRAMS[name]
+    program = grids.GRIDS[name]
     dm.sweep(program, **grids.parameters(name, 100))
     before = resident()
     given = grids.parameters(name, int(cells))
