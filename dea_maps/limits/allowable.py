@@ -82,9 +82,10 @@ def allowable(
     -------
     Dataset
         ``allowable`` and ``reason``: "answered"; "always" where every value looked at is allowed, "never" where
-        none is, "unresolved" where the largest one known to be allowed and the smallest one known not to be are farther
-        apart than `rtol`, as may happen below 1e-5 where a limit cycle is lost at a tangent; NaN there. For a film also its twin in SI units, as ``allowable_voltage``, and if it may
-        break down ``limit``: "instability" or "breakdown" just above the answer.
+        none is; "unresolved" where the largest one known to be allowed and the smallest one known not to be are
+        farther apart than `rtol`, as may happen below 1e-5 where a limit cycle is lost at a tangent; NaN there. For a
+        film also its twin in SI units, as ``allowable_voltage``, and if it may break down ``limit``: "instability"
+        or "breakdown" just above the answer.
 
     Raises
     ------
