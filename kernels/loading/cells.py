@@ -97,15 +97,19 @@ PER_PASSAGE = 100.0
 # Passages from points of ranges of r that go on side by side.
 ROOM = 64 * NODES
 # Cycles one by one before many are tried.
-BEFORE_MANY = 2
+BEFORE_MANY = 3
 # Cycles that a range must hold to be worth its passages, over these.
-WORTH = 1.3
+WORTH = 1.2
 # Width of the first range, in changes of r over a cycle.
 LEAST_WIDTH, MOST_WIDTH = 96.0, 1536.0
-# Part of the way to R, or to an r whose cycle is not survived, that a range of r may take.
-ROOM_BELOW = 0.98
-# The few points are for tolerances above the first, and for ranges of less cycles than the second.
-FINE, FEW_CYCLES = 1e-7, 1000.0
+# What a range of r leaves of the way to R, or to an r whose cycle is not survived.
+LEAST_ROOM, LARGEST_ROOM = 0.02, 0.08
+# The same, over the distance of R to the passage that it was estimated from.
+UNSURE = 0.3
+# The fewest points in a range are for tolerances above this,
+FINE = 1e-7
+# and the most for ranges of more cycles.
+FEW_CYCLES = 1000.0
 # Error of the number of cycles allowed in one range.
 MISCOUNT = 0.005
 
@@ -188,6 +192,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[LARGEST, cell] = math.inf
         notes[FAILING, cell] = math.inf
         notes[BORDER, cell] = math.inf
+        notes[BORDER_CHANGE, cell] = math.inf
         set_out(kept, cell, r, 0.0, 0, last, tightness, resolution, False)
 
     @device
@@ -295,9 +300,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         r, change = notes[RETURN_R, cell], abs(notes[LAST_CHANGE, cell])
         away = min(notes[BORDER, cell], notes[FAILING, cell]) - r
         upward = notes[LAST_CHANGE, cell] > 0.0
-        width = min(width, ROOM_BELOW * (away if upward else abs(notes[FAILING, cell] - r)))
+        ahead = notes[BORDER, cell] - max(notes[BORDER_FROM, cell], r)
+        room = max(min(UNSURE * ahead, LARGEST_ROOM * away), LEAST_ROOM * away) if away < math.inf else 0.0
+        width = min(width, away - room) if upward else width
         cycles = min(width / np.sqrt(change * min(change, notes[BORDER_CHANGE, cell])), rest)
-        choice = 0 if allowed * FINE < 1.0 / SHARE and cycles < FEW_CYCLES else 1
+        choice = 2
+        if cycles < FEW_CYCLES:
+            choice = 0 if allowed * FINE < 1.0 / SHARE else 1
         notes[WIDTH, cell] = width if upward else -width
         notes[CURVE, cell] = width / away if upward else 0.0
         notes[CHOICE, cell] = choice
@@ -664,7 +673,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         # There is a fixed point, too close to failure for these errors.
                         verdict, excess = SURVIVES, 100.0
                     elif vain:
-                        notes[NEXT_TRIAL, cell] = 2.0 * notes[COMPLETED, cell] + 1.0
+                        notes[NEXT_TRIAL, cell] = 4.0 * notes[COMPLETED, cell] + 2.0
                         go_back(kept, notes, cell, E, once, pieces, resolution)
                         state[cell] = READY
                 if verdict != RUNNING:

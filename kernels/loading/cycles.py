@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from .._jit import device
 
-# Numbers of points in a range: for loose tolerances and few cycles, and for others.
-COUNTS = (10, 16)
+# Numbers of points in a range: for loose tolerances, for tight ones, and for many cycles.
+COUNTS = (10, 14, 16)
 NODES = max(COUNTS)
 
 
@@ -49,8 +49,8 @@ FEW = 8.0
 # Cycles iterated one by one in a range, at most: some milliseconds. Where more are left the next range begins there.
 SINGLES = 100_000
 
-# Decay of the coefficients from one to the next, as it is believed.
-FASTEST, SLOWEST = 0.1, 0.9
+# Decay of the coefficients from one to the next, as far as it is believed.
+FASTEST, SLOWEST = 0.2, 0.4
 
 # Rows of the coefficients: of d and of its first two derivatives by the variable of the series.
 CHANGE, SLOPE, BEND = range(3)
