@@ -99,17 +99,15 @@ ROOM = 64 * NODES
 # Cycles one by one before many are tried.
 BEFORE_MANY = 3
 # Cycles that a range must hold to be worth its passages, over these.
-WORTH = 1.2
+WORTH = 1.1
 # Width of the first range, in changes of r over a cycle.
 LEAST_WIDTH, MOST_WIDTH = 96.0, 1536.0
 # What a range of r leaves of the way to R, or to an r whose cycle is not survived.
 LEAST_ROOM, LARGEST_ROOM = 0.02, 0.08
 # The same, over the distance of R to the passage that it was estimated from.
 UNSURE = 0.3
-# The fewest points in a range are for tolerances above this,
-FINE = 1e-7
-# and the most for ranges of more cycles.
-FEW_CYCLES = 1000.0
+# The few points in a range are for tolerances above the first of these, and for less cycles than the second.
+FINE, FEW_CYCLES = 1e-7, 1000.0
 # Error of the number of cycles allowed in one range.
 MISCOUNT = 0.005
 
@@ -304,9 +302,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         room = max(min(UNSURE * ahead, LARGEST_ROOM * away), LEAST_ROOM * away) if away < math.inf else 0.0
         width = min(width, away - room) if upward else width
         cycles = min(width / np.sqrt(change * min(change, notes[BORDER_CHANGE, cell])), rest)
-        choice = 2
-        if cycles < FEW_CYCLES:
-            choice = 0 if allowed * FINE < 1.0 / SHARE else 1
+        choice = 0 if allowed * FINE < 1.0 / SHARE and cycles < FEW_CYCLES else 1
         notes[WIDTH, cell] = width if upward else -width
         notes[CURVE, cell] = width / away if upward else 0.0
         notes[CHOICE, cell] = choice
