@@ -98,13 +98,13 @@ PER_PASSAGE = 100.0
 ROOM = 64 * NODES
 # Cycles one by one before many are tried.
 BEFORE_MANY = 3
-# Cycles that a range must hold to be worth its passages, over these.
+# Cycles that a range must hold to be worth its passages, over the number of these.
 WORTH = 1.1
 # Width of the first range, in changes of r over a cycle.
 LEAST_WIDTH, MOST_WIDTH = 96.0, 1536.0
-# What a range of r leaves of the way to R, or to an r whose cycle is not survived.
+# What a range of r leaves of the way to R, or to an r whose cycle is not survived; and over the distance of R to the
+# passage from which R was estimated, between those.
 LEAST_ROOM, LARGEST_ROOM = 0.02, 0.08
-# The same, over the distance of R to the passage that it was estimated from.
 UNSURE = 0.3
 # The few points in a range are for tolerances above the first of these, and for less cycles than the second.
 FINE, FEW_CYCLES = 1e-7, 1000.0

@@ -1,8 +1,8 @@
 """Many cycles from few: the change of r over a cycle interpolated over a range of r, and the map iterated there.
 
-A cycle takes r to P(r) = r + d(r), and d is a regular function of r below R, the largest r whose cycle is survived; next
-to it, of the root of R - r. From its values at the Chebyshev points of a range [0, width] of s, counted from the r reached,
-or rather of the root of R - r in it, follow the cycles within: by iteration of the interpolant or, where d hardly changes
+A cycle takes r to P(r) = r + d(r), and d is a regular function of the root of R - r, R being the largest r whose cycle is
+survived. Along a range [0, width] of s, counted from the r reached, this root is the variable of a Chebyshev series, from
+the values of d at its points. From the series follow the cycles in the range: by iteration or, where d hardly changes
 from one cycle to the next, by the flow s' = v(s) whose state after a unit of time is that after a cycle,
 
     v = d - d d'/2 + d d'**2/3 + d**2 d''/12 + ...,    cycles from a to b = integral ds/v from a to b.
@@ -61,7 +61,7 @@ CHANGE, SLOPE, BEND = range(3)
 def place(part, curve):
     """Return where in a range, as a share of it, a part of the way of the variable of the series lies.
 
-    ``curve`` is the width of the range over the distance to R: 0 where the variable is r itself.
+    ``curve`` is the width of the range over the distance of its start to R: 0 where the variable is r itself.
     """
     part = part / (1.0 + np.sqrt(1.0 - curve))
     return part * (2.0 - curve * part)
@@ -69,7 +69,7 @@ def place(part, curve):
 
 @device
 def fit(values, choice, series):
-    """Fill ``series`` (3, NODES) from ``values`` of d at the points of a choice; the size of what it leaves out of d."""
+    """Fill ``series`` (3, NODES) from ``values`` of d at the points of a choice; what it leaves out of d, at most."""
     count = COUNTS[choice]
     for k in range(count):
         total = 0.0

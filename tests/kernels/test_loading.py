@@ -383,7 +383,7 @@ def test_what_a_series_leaves_out_next_to_the_last_cycle_survived(wrong, room, c
 
 
 def cycles_of_triangles(m, field, period, most):
-    """Cycles that films survive: steps of order 4 in the cube root of the time to or from the peak, all side by side."""
+    """Cycles that films survive, by steps of order 4 in the cube root of the time to or from the peak."""
     p, half, count, load = m - 1.0, 0.5 * period, 40, 0.75 * 4.0 ** (-1.0 / 3.0)
     r, x, alive, cycles = np.ones_like(field), np.ones_like(field), np.ones(field.size, bool), np.zeros(field.size)
     taus = np.linspace(0.0, 1.0, count + 1)
