@@ -280,15 +280,18 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         if base > notes[BORDER_FROM, cell] and kept[REACH, passage] < math.inf and p[cell] > ELASTIC:
             own = kept[REACH_R, passage]
             e = load(own, p[cell], sigma[cell], kept[REACH_X, passage])
-            r = own
-            for _ in range(8):  # Newton's method from below, on a convex function
+            r, known = own, False
+            for _ in range(
+                10
+            ):  # Newton's method from below: the load that is carried falls, less and less if p is not small
                 x = critical(r, p[cell], sigma[cell])
                 _, load_of_r, _ = ends(r, p[cell], sigma[cell], x)
                 step = (e - load(r, p[cell], sigma[cell], x)) / load_of_r
                 r = r + step
-                if not step > 1e-5 * r:
+                known = r >= own and abs(step) <= 1e-5 * r
+                if known or not r >= own:
                     break
-            notes[BORDER, cell] = r - (own - base)
+            notes[BORDER, cell] = r - (own - base) if known else math.inf
             notes[BORDER_FROM, cell] = base
             notes[BORDER_CHANGE, cell] = abs(kept[Y, passage])
 

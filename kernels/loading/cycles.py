@@ -1,9 +1,9 @@
 """Many cycles from few: the change of r over a cycle interpolated over a range of r, and the map iterated there.
 
-A cycle takes r to P(r) = r + d(r), and d is a regular function of the root of R - r, R being the largest r whose cycle is
-survived. Along a range [0, width] of s, counted from the r reached, this root is the variable of a Chebyshev series, from
-the values of d at its points. From the series follow the cycles in the range: by iteration or, where d hardly changes
-from one cycle to the next, by the flow s' = v(s) whose state after a unit of time is that after a cycle,
+A cycle takes r to P(r) = r + d(r), and d is a regular function of the root of R - r, R being the largest r whose cycle
+is survived. Along a range [0, width] of s, counted from the r reached, this root is the variable of a Chebyshev series,
+from the values of d at its points. From the series follow the cycles in the range: by iteration or, where d hardly
+changes from one cycle to the next, by the flow s' = v(s) whose state after a unit of time is that after a cycle,
 
     v = d - d d'/2 + d d'**2/3 + d**2 d''/12 + ...,    cycles from a to b = integral ds/v from a to b.
 
