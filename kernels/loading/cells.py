@@ -281,9 +281,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             own = kept[REACH_R, passage]
             e = load(own, p[cell], sigma[cell], kept[REACH_X, passage])
             r, known = own, False
-            for _ in range(
-                10
-            ):  # Newton's method from below: the load that is carried falls, less and less if p is not small
+            for _ in range(10):  # Newton's method from below; where p is small it may not get there
                 x = critical(r, p[cell], sigma[cell])
                 _, load_of_r, _ = ends(r, p[cell], sigma[cell], x)
                 step = (e - load(r, p[cell], sigma[cell], x)) / load_of_r

@@ -423,6 +423,15 @@ def test_cycles_of_triangles_that_end_in_failure_are_those_of_steps_of_order_fou
         np.testing.assert_array_equal(np.minimum(result[CYCLES_TO_FAILURE, failed], 100), expected[failed])
 
 
+def test_films_that_hardly_relax_survive_triangles_below_the_critical_field():
+    """The load that they carry hardly depends on r, and so says nothing of the last cycle that would be survived."""
+    random = np.random.default_rng(5)
+    m, period = 1.0 + 10.0 ** random.uniform(-5.0, -1.0, 200), 10.0 ** random.uniform(-3.0, 3.0, 200)
+    field = random.uniform(0.5, 0.95, 200)
+    status, _ = sweep(TRIANGLE_TRAIN, m=m, field=field, period=period, repeats=ENDLESS, rtol=1e-6)
+    assert np.all(status == SURVIVES)
+
+
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize(
     ("film", "cycles"),
