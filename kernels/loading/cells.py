@@ -12,10 +12,10 @@ import numpy as np
 from .._jit import Kernel, device
 from ..lane_state import BUDGET_SPENT, FAILED, FAILS_AT_ONCE, RUNNING, SURVIVES
 from ..model import CRITICAL_LOAD
-from .cycles import CHANGE, NODES, POINTS, advance, evaluate, fit
+from .cycles import COUNTS, NODES, POINTS, advance, change_at, fit, place
 from .finish import make_finish
 from .held import make_hold
-from .law import Law
+from .law import ELASTIC, Law
 from .march import EPSILON, make_march, total_error
 from .pieces import ENDLESS, Waves, describe, field_at_end
 from .results import (
@@ -50,6 +50,9 @@ from .rows import (
     NEAR,
     OFFSET,
     PIECE,
+    REACH,
+    REACH_R,
+    REACH_X,
     READY,
     RESOLUTION,
     ROUNDING,
@@ -93,12 +96,18 @@ CYCLES = 20_000
 PER_PASSAGE = 100.0
 # Passages from points of ranges of r that go on side by side.
 ROOM = 64 * NODES
-# Cycles one by one before many are tried, and again after a range that was too short.
-BEFORE_MANY = 8
-# Cycles that a range must hold to be worth its passages.
-WORTH = 1.5 * NODES
-# Part of the way to an r whose cycle is not survived that a range of r may take.
-ROOM_BELOW = 0.9
+# Cycles one by one before many are tried.
+BEFORE_MANY = 3
+# Cycles that a range must hold to be worth its passages, over the number of these.
+WORTH = 1.1
+# Width of the first range, in changes of r over a cycle.
+LEAST_WIDTH, MOST_WIDTH = 96.0, 1536.0
+# What a range of r leaves of the way to R, or to an r whose cycle is not survived; and over the distance of R to the
+# passage from which R was estimated, between those.
+LEAST_ROOM, LARGEST_ROOM = 0.02, 0.08
+UNSURE = 0.3
+# The few points in a range are for tolerances above the first of these, and for less cycles than the second.
+FINE, FEW_CYCLES = 1e-7, 1000.0
 # Error of the number of cycles allowed in one range.
 MISCOUNT = 0.005
 
@@ -129,7 +138,12 @@ USUAL_CHANGE = 22
 FAILING = 23  # least r known whose cycle is not survived
 LARGEST_ERROR = 24  # relative error of the stretch at LARGEST, and of those of the limit cycle
 LIMIT_ERROR = 25
-NOTES = 26
+BORDER = 26  # estimate of R; the start of the passage that it is from, and the change of r over that
+BORDER_FROM = 27
+BORDER_CHANGE = 28
+CURVE = 29  # of the range of r, see `place`, and which number of points it has
+CHOICE = 30
+NOTES = 31
 
 
 def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
@@ -157,6 +171,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         kept[MOST, cell] = 0.0 if smallest else math.inf
         kept[HELD, cell] = -1.0
         kept[GAIN, cell] = 1.0
+        kept[REACH, cell] = math.inf
 
     @device
     def set_cycle(kept, notes, passage, cell, r, field, once, until, tightness, resolution, smallest):
@@ -174,6 +189,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         notes[NEXT_SAMPLING, cell] = BEFORE_MANY
         notes[LARGEST, cell] = math.inf
         notes[FAILING, cell] = math.inf
+        notes[BORDER, cell] = math.inf
+        notes[BORDER_CHANGE, cell] = math.inf
         set_out(kept, cell, r, 0.0, 0, last, tightness, resolution, False)
 
     @device
@@ -246,27 +263,64 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
         return 2.0 * error / tolerance
 
     @device
-    def root_of(series, low, high):
-        """Return where in [low, high], parts of the range, a series falls below zero."""
+    def root_of(series, choice, width, curve, low, high):
+        """Return where in [low, high], counted from the start of the range, a series falls below zero."""
         for _ in range(50):
             middle = 0.5 * (low + high)
-            if evaluate(series, CHANGE, 2.0 * middle - 1.0) > 0.0:
+            if change_at(series, choice, width, curve, middle) > 0.0:
                 low = middle
             else:
                 high = middle
         return high
 
     @device
-    def use_samples(kept, notes, state, cell, repeats, values, series):
+    def look_ahead(kept, notes, passage, cell, p, sigma):
+        """Estimate R from where a passage came closest to the instability: r grows until there as it does there."""
+        base = kept[BASE, passage]
+        if base > notes[BORDER_FROM, cell] and kept[REACH, passage] < math.inf and p[cell] > ELASTIC:
+            own = kept[REACH_R, passage]
+            e = load(own, p[cell], sigma[cell], kept[REACH_X, passage])
+            r, known = own, False
+            for _ in range(10):  # Newton's method from below; where p is small it may not get there
+                x = critical(r, p[cell], sigma[cell])
+                _, load_of_r, _ = ends(r, p[cell], sigma[cell], x)
+                step = (e - load(r, p[cell], sigma[cell], x)) / load_of_r
+                r = r + step
+                known = r >= own and abs(step) <= 1e-5 * r
+                if known or not r >= own:
+                    break
+            notes[BORDER, cell] = r - (own - base) if known else math.inf
+            notes[BORDER_FROM, cell] = base
+            notes[BORDER_CHANGE, cell] = abs(kept[Y, passage])
+
+    @device
+    def set_range(notes, cell, width, rest, allowed):
+        """Set the next range of r, from RETURN_R on, no wider than this; whether it is worth its passages."""
+        r, change = notes[RETURN_R, cell], abs(notes[LAST_CHANGE, cell])
+        away = min(notes[BORDER, cell], notes[FAILING, cell]) - r
+        upward = notes[LAST_CHANGE, cell] > 0.0
+        ahead = notes[BORDER, cell] - max(notes[BORDER_FROM, cell], r)
+        room = max(min(UNSURE * ahead, LARGEST_ROOM * away), LEAST_ROOM * away) if away < math.inf else 0.0
+        width = min(width, away - room) if upward else width
+        cycles = min(width / np.sqrt(change * min(change, notes[BORDER_CHANGE, cell])), rest)
+        choice = 0 if allowed * FINE < 1.0 / SHARE and cycles < FEW_CYCLES else 1
+        notes[WIDTH, cell] = width if upward else -width
+        notes[CURVE, cell] = width / away if upward else 0.0
+        notes[CHOICE, cell] = choice
+        return cycles >= WORTH * COUNTS[choice] and width > 64.0 * EPSILON * r
+
+    @device
+    def use_samples(kept, notes, state, cell, p, sigma, repeats, values, series):
         """Go through many cycles, or set a new range; the verdict on the range, and an excess of errors.
 
         The cell's purpose becomes SAMPLING, CYCLING, or FIXING from LAST_R and BASE.
         """
-        first = np.int64(notes[FIRST_NODE, cell])
-        base, width = notes[RETURN_R, cell], abs(notes[WIDTH, cell])
+        first, choice = np.int64(notes[FIRST_NODE, cell]), np.int64(notes[CHOICE, cell])
+        base, width, curve = notes[RETURN_R, cell], abs(notes[WIDTH, cell]), notes[CURVE, cell]
         sign = 1.0 if notes[WIDTH, cell] > 0.0 else -1.0
+        nodes = COUNTS[choice]
         worst, good, largest = 0.0, 0, 0.0
-        for j in range(NODES):
+        for j in range(nodes):
             slot = first + j
             if state[slot] != ENDED or kept[DOUBT, slot] > DOUBTFUL:
                 notes[FAILING, cell] = min(notes[FAILING, cell], kept[BASE, slot])
@@ -275,34 +329,36 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             worst = max(worst, total_error(kept[ERROR, slot], kept[ROUNDING, slot]))
             largest = max(largest, abs(values[j]))
             good += 1
+        if good > 0:
+            look_ahead(kept, notes, first + good - 1, cell, p, sigma)
         allowed = kept[TIGHTNESS, cell]
-        change = abs(notes[LAST_CHANGE, cell])
-        notes[ONE_BY_ONE, cell] += NODES
+        notes[ONE_BY_ONE, cell] += nodes
         following = 0.0
-        if good < NODES:
-            following = max(0.7 * width * POINTS[good - 1] if good > 0 else 0.0, 0.1 * width)
+        if good < nodes:
+            following = max(0.7 * width * place(POINTS[choice, good - 1], curve) if good > 0 else 0.0, 0.1 * width)
         else:
-            left = fit(values, width, series) + 4.0 * EPSILON * largest
+            left = fit(values, choice, series) + 4.0 * EPSILON * largest
             floor = 2.0 * (left + worst)
             below = -1
             if repeats == ENDLESS:
-                for j in range(NODES):
+                for j in range(nodes):
                     if below < 0 and values[j] <= 0.0:
                         below = j
             if below >= 0:
-                low = POINTS[below - 1] if below > 0 else 0.0
-                notes[LAST_R, cell] = base + sign * width * POINTS[below]
+                low = width * place(POINTS[choice, below - 1], curve) if below > 0 else 0.0
+                high = width * place(POINTS[choice, below], curve)
+                notes[LAST_R, cell] = base + sign * high
                 notes[LAST_CHANGE, cell] = sign * values[below]
-                kept[BASE, cell] = base + sign * width * root_of(series, low, POINTS[below])
+                kept[BASE, cell] = base + sign * root_of(series, choice, width, curve, low, high)
                 notes[PURPOSE, cell] = FIXING
                 return 0.0
             most = repeats - 1.0 - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
-            s, cycles, grown, gathered, singles = advance(series, width, floor, most)
+            s, cycles, grown, gathered, singles = advance(series, choice, width, curve, floor, most)
             notes[ONE_BY_ONE, cell] += singles / PER_PASSAGE
-            here = evaluate(series, CHANGE, 2.0 * s / width - 1.0)
+            here = change_at(series, choice, width, curve, s)
             stopped = not here > floor
             if stopped and repeats == ENDLESS:
-                notes[LAST_R, cell] = base + sign * width * POINTS[0]
+                notes[LAST_R, cell] = base + sign * width * place(POINTS[choice, 0], curve)
                 notes[LAST_CHANGE, cell] = sign * values[0]
                 kept[BASE, cell] = base + sign * s
                 notes[PURPOSE, cell] = FIXING
@@ -315,7 +371,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
             if stopped or repeats != ENDLESS:
                 allowance = max(allowance, 0.1 * base / allowed)
             missed = gathered * left
-            factor = 0.8 * (allowance / (missed + 1e-300)) ** (1.0 / (NODES - 2.0))
+            factor = 0.8 * (allowance / (missed + 1e-300)) ** (1.0 / (nodes - 2.0))
             following = width * min(max(factor, 0.15), 8.0)
             if missed <= allowance and cycles >= 1.0:
                 notes[COMPLETED, cell] += cycles
@@ -323,17 +379,14 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 notes[RETURN_ERROR, cell] = grown * notes[RETURN_ERROR, cell] + gathered * (left + worst)
                 notes[RETURN_ROUNDING, cell] *= grown * grown
                 notes[LAST_CHANGE, cell] = sign * here
-                change = abs(here)
-                miscount = notes[RETURN_ERROR, cell] / change
+                miscount = notes[RETURN_ERROR, cell] / abs(here)
                 if repeats == ENDLESS and grown > 1.0 and miscount > DOUBTFUL:
                     return miscount / MISCOUNT
                 following = max(following, 0.5 * width)
             else:
                 following = min(following, 0.6 * width)
-        following = min(following, ROOM_BELOW * abs(notes[FAILING, cell] - notes[RETURN_R, cell]))
         rest = repeats - notes[COMPLETED, cell] if repeats != ENDLESS else math.inf
-        if following >= WORTH * change and rest > 2.0 * WORTH:
-            notes[WIDTH, cell] = sign * following
+        if rest > 2.0 * WORTH * NODES and set_range(notes, cell, following, rest, allowed):
             notes[PURPOSE, cell] = SAMPLING
         else:
             notes[PURPOSE, cell] = CYCLING
@@ -383,11 +436,13 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 if status[cell] == RUNNING and notes[PURPOSE, cell] == SAMPLING:
                     state[cell] = WAITING
                     notes[FIRST_NODE, cell] = -1.0
-                    if used + NODES <= count + room:
+                    choice = np.int64(notes[CHOICE, cell])
+                    if used + COUNTS[choice] <= count + room:
                         notes[FIRST_NODE, cell] = used
                         E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
-                        for j in range(NODES):
-                            r = notes[RETURN_R, cell] + notes[WIDTH, cell] * POINTS[j]
+                        for j in range(COUNTS[choice]):
+                            share = place(POINTS[choice, j], notes[CURVE, cell])
+                            r = notes[RETURN_R, cell] + notes[WIDTH, cell] * share
                             set_cycle(
                                 kept, notes, used, cell, r, E, once, pieces, kept[TIGHTNESS, cell], math.inf, False
                             )
@@ -425,7 +480,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                 E = field_at_end(kind, scale, source, columns, pieces - 1, cell)
                 r = kept[BASE, cell] + kept[Y, cell]
                 if purpose == SAMPLING:
-                    excess = use_samples(kept, notes, state, cell, repeats, values, series)
+                    excess = use_samples(kept, notes, state, cell, p, dead_load, repeats, values, series)
                     if notes[ONE_BY_ONE, cell] >= CYCLES:
                         status[cell] = BUDGET_SPENT
                         continue
@@ -528,27 +583,27 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         error = total_error(kept[ERROR, cell], kept[ROUNDING, cell])
                         if steady and change + error < 0.0:
                             notes[PROVED, cell] = 1.0
-                        width = WORTH * abs(change) * max(4.0, min(1.0 / (abs(1.0 - ratio) + 1e-3) / WORTH, 64.0))
-                        width = min(width, ROOM_BELOW * abs(notes[FAILING, cell] - r))
-                        if steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0:
+                        fixing = steady and repeats == ENDLESS and completed >= notes[NEXT_TRIAL, cell] and ratio < 1.0
+                        sampling = steady and completed >= notes[NEXT_SAMPLING, cell] and abs(change) > 2.0 * error
+                        rest = repeats - completed if repeats != ENDLESS else math.inf
+                        sampling = sampling and rest > 2.0 * WORTH * NODES
+                        if fixing or sampling:
+                            look_ahead(kept, notes, cell, cell, p, dead_load)
+                        # A fixed point beyond R is none.
+                        root = base + change / (1.0 - ratio)
+                        root = root if notes[PROVED, cell] > 0.0 else max(root, r)
+                        fixing = fixing and root < min(notes[BORDER, cell], notes[FAILING, cell])
+                        width = abs(change) * max(LEAST_WIDTH, min(1.0 / (abs(1.0 - ratio) + 1e-3), MOST_WIDTH))
+                        if fixing:
                             notes[PURPOSE, cell] = FIXING
                             notes[ITERATION, cell] = 0.0
                             notes[TRIED, cell] = 0.0
-                            root = base + change / (1.0 - ratio)
-                            root = root if notes[PROVED, cell] > 0.0 else max(root, r)
                             set_cycle(
                                 kept, notes, cell, cell, root, E, once, pieces, kept[TIGHTNESS, cell], resolution, True
                             )
                             state[cell] = READY
-                        elif (
-                            steady
-                            and completed >= notes[NEXT_SAMPLING, cell]
-                            and (repeats == ENDLESS or repeats - completed > 2.0 * WORTH)
-                            and abs(change) > 2.0 * error
-                            and width > max(64.0 * EPSILON * r, WORTH * abs(change))
-                        ):
+                        elif sampling and set_range(notes, cell, width, rest, kept[TIGHTNESS, cell]):
                             notes[PURPOSE, cell] = SAMPLING
-                            notes[WIDTH, cell] = width if change > 0.0 else -width
                         else:
                             go_back(kept, notes, cell, E, once, pieces, resolution)
                             state[cell] = READY
@@ -562,6 +617,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                     noise = error + EPSILON * start
                     if failed:
                         notes[FAILING, cell] = min(notes[FAILING, cell], start)
+                    else:
+                        look_ahead(kept, notes, cell, cell, p, dead_load)
                     if purpose == PROVING and change > error and notes[TRIED, cell] < 4.0 and not vain:
                         # Still before the fixed point: one more iterate.
                         notes[TRIED, cell] += 1.0
@@ -589,7 +646,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                             apart = 0.05 * tolerance / max(1.0, kept[LEAST_SLOPE, cell] * start)
                         notes[LAST_R, cell] = start
                         notes[LAST_CHANGE, cell] = change
-                        if not slope < 0.0:
+                        beyond = following >= min(notes[BORDER, cell], notes[FAILING, cell])
+                        if not slope < 0.0 or (beyond and notes[PROVED, cell] == 0.0):
                             vain = True
                         elif abs(following - start) <= apart * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
@@ -612,7 +670,7 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         # There is a fixed point, too close to failure for these errors.
                         verdict, excess = SURVIVES, 100.0
                     elif vain:
-                        notes[NEXT_TRIAL, cell] = 2.0 * notes[COMPLETED, cell] + 1.0
+                        notes[NEXT_TRIAL, cell] = 4.0 * notes[COMPLETED, cell] + 2.0
                         go_back(kept, notes, cell, E, once, pieces, resolution)
                         state[cell] = READY
                 if verdict != RUNNING:

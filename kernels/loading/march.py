@@ -55,6 +55,9 @@ from .rows import (
     PENDING,
     PIECE,
     RATE_OF_X,
+    REACH,
+    REACH_R,
+    REACH_X,
     READY,
     RESOLUTION,
     ROUNDING,
@@ -344,6 +347,11 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             # Of one within the step the distance is at least that where the tangents meet.
             nearest = min(lowest, s1) if turned else s1
             doubt = total_error(carried, rounding) * fragility / max(nearest, 1e-300)
+            reach = nearest / fragility
+            closest = accepted & (reach < w[REACH, i])
+            w[REACH, i] = reach if closest else w[REACH, i]
+            w[REACH_R, i] = r if closest else w[REACH_R, i]
+            w[REACH_X, i] = x if closest else w[REACH_X, i]
             past = max(w[DOUBT, i], max(w[PENDING, i], doubt))
             w[DOUBT, i] = past if accepted & (q >= 0.0) else w[DOUBT, i]
             w[PENDING, i] = doubt if accepted else w[PENDING, i]

@@ -36,35 +36,38 @@ FIRST_STEP = 21  # that follows from the error of the first step accepted
 PENDING = 22  # the same where the film last came closer: counts as soon as it gets past
 LEAST_ERROR = 23  # relative, of the stretch at LEAST, and its change by the r at the start of the passage
 LEAST_SLOPE = 24
-KEPT = 25
+REACH = 25  # least distance of r to that at which the load then would not have been carried, r and the unknown there
+REACH_R = 26
+REACH_X = 27
+KEPT = 28
 
 # Instead of a time: about to begin, X being the field before; between two pieces, X being that at the end of the first.
 BEGINS = -1.0
 BETWEEN = -2.0
 
 # Of a lane: what follows from the above, and what it is given,
-NEW = 25
-TRIAL = 26
-D = 27  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
-N = 28
-Q = 29
-GROWTH = 30
-RATE_OF_X = 31
-BAD = 32  # a stage without equilibrium
-EVENT = 33
-P = 34
-SIGMA = 35
-START = 36  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
-SLOPE = 37
-AMPLITUDE = 38
-FREQUENCY = 39
-DURATION = 40
-NEW_X = 41
-LAST_LENGTH = 42  # of the step accepted before, and the eighth root of its error over the one allowed
-LAST_ROOT = 43
-TURN = 44  # a step of length s lasts s (1 + TURN s)
-FLOW = 45  # dr/dT at the new state
-HOLDING = 46  # whether the time to failure under a held field is asked for: 0 no, 1 of one without end, 2 of any
-LONGEST = 47  # step: part of the period of the sine
-ZERO = 48  # of the field of a sine, in turns: NaN where there is none
-SLOPES = 49  # dr/ds, one row a stage, the one at the new state last
+NEW = 28
+TRIAL = 29
+D = 30  # stiffness, N, Q = D dD/dT, dF/dr, dx/dT, at the start of the step
+N = 31
+Q = 32
+GROWTH = 33
+RATE_OF_X = 34
+BAD = 35  # a stage without equilibrium
+EVENT = 36
+P = 37
+SIGMA = 38
+START = 39  # of the piece: field at the start, its slope, amplitude and frequency of the sine, duration
+SLOPE = 40
+AMPLITUDE = 41
+FREQUENCY = 42
+DURATION = 43
+NEW_X = 44
+LAST_LENGTH = 45  # of the step accepted before, and the eighth root of its error over the one allowed
+LAST_ROOT = 46
+TURN = 47  # a step of length s lasts s (1 + TURN s)
+FLOW = 48  # dr/dT at the new state
+HOLDING = 49  # whether the time to failure under a held field is asked for: 0 no, 1 of one without end, 2 of any
+LONGEST = 50  # step: part of the period of the sine
+ZERO = 51  # of the field of a sine, in turns: NaN where there is none
+SLOPES = 52  # dr/ds, one row a stage, the one at the new state last

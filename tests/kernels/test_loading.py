@@ -324,36 +324,112 @@ def test_cycles_beside_the_loss_of_a_limit_cycle_at_a_tangent():
 # --- many cycles from few
 
 
+def points_of(choice, width, curve):
+    return width * many.place(many.POINTS[choice, : many.COUNTS[choice]], curve)
+
+
+@pytest.mark.parametrize("choice", range(len(many.COUNTS)))
+@pytest.mark.parametrize("curve", [0.0, 0.5, 0.98])
 @pytest.mark.parametrize(
     ("least", "bend", "width", "at"),
     [(1e-3, 1.0, 0.3, 0.15), (1e-4, 1.0, 0.01, 0.0), (2e-6, 1.0, 0.3, 0.15), (1e-5, 1e-3, 0.5, 0.2)],
 )
-def test_cycles_are_counted_as_by_iteration(least, bend, width, at):
+def test_cycles_are_counted_as_by_iteration(least, bend, width, at, curve, choice):
     """d = least + bend (s - at)**2 (1 + 0.3 s), by direct iteration with compensated sums, to the last known cycle."""
 
     def change(s):
         return least + bend * (s - at) ** 2 * (1.0 + 0.3 * s)
 
+    points = points_of(choice, width, curve)
     s = lost = 0.0
     cycles, slopes = 0, 1.0
     while True:
         step = change(s) - lost
         following = s + step
-        if following >= width * many.POINTS[-1]:
+        if following >= points[-1]:
             break
         slopes *= 1.0 + bend * (s - at) * (2.0 * (1.0 + 0.3 * s) + 0.3 * (s - at))
         s, lost, cycles = following, (following - s) - step, cycles + 1
     series = np.zeros((3, many.NODES))
-    left = many.fit(change(width * many.POINTS), width, series)
-    found, counted, grown, gathered, _ = many.advance(series, width, 0.0, math.inf)
+    left = many.fit(change(points), choice, series)
+    found, counted, grown, gathered, _ = many.advance(series, choice, width, curve, 0.0, math.inf)
     assert left < 1e-15
     assert counted == cycles
     assert abs(found - s) <= 1e-16 * gathered + 1e-11 * change(s)
     assert grown == pytest.approx(slopes, rel=1e-2)
-    assert many.advance(series, width, 0.0, cycles - 5.0)[1] == cycles - 5.0
+    assert many.advance(series, choice, width, curve, 0.0, cycles - 5.0)[1] == cycles - 5.0
     if at > 0.0:  # not beyond where d is too small to be counted on
-        stop, counted, _, _, _ = many.advance(series, width, 1.5 * least, math.inf)
+        stop, counted, _, _, _ = many.advance(series, choice, width, curve, 1.5 * least, math.inf)
         assert counted < cycles and stop < at and least <= change(stop) <= 1.5 * least
+
+
+@pytest.mark.parametrize("choice", range(len(many.COUNTS)))
+@pytest.mark.parametrize("wrong", [-0.05, -1e-2, -1e-3, 0.0, 1e-3, 5e-3, 1e-2])
+@pytest.mark.parametrize("room", [0.02, 0.08])
+def test_what_a_series_leaves_out_next_to_the_last_cycle_survived(wrong, room, choice):
+    """d has a term in (R - s)**1.5; the ranges leave ``room`` of the way to R + ``wrong``, where R is supposed."""
+
+    def change(s):
+        return 1e-2 + 0.05 * np.exp(-s) + 0.05 * np.maximum(1.0 - s, 0.0) ** 1.5
+
+    width, curve = (1.0 - room) * (1.0 + wrong), 1.0 - room
+    series = np.zeros((3, many.NODES))
+    left = many.fit(change(points_of(choice, width, curve)), choice, series)
+    s = np.linspace(0.0, points_of(choice, width, curve)[-1], 301)
+    missed = max(abs(many.change_at(series, choice, width, curve, x) - change(x)) for x in s)
+    assert missed <= left + 1e-16
+    if abs(wrong) <= 1e-3:  # and much less than in r itself
+        assert left < 0.1 * many.fit(change(points_of(choice, width, 0.0)), choice, series)
+
+
+def cycles_of_triangles(m, field, period, most):
+    """Cycles that films survive, by steps of order 4 in the cube root of the time to or from the peak."""
+    p, half, count, load = m - 1.0, 0.5 * period, 40, 0.75 * 4.0 ** (-1.0 / 3.0)
+    r, x, alive, cycles = np.ones_like(field), np.ones_like(field), np.ones(field.size, bool), np.zeros(field.size)
+    taus = np.linspace(0.0, 1.0, count + 1)
+
+    def slope(r, tau):
+        nonlocal x, alive
+        a, b, c = 1.0 + p / r, 1.0 + p * r**2, load * (field * (1.0 - tau**3)) ** 2
+        top = (a / (4.0 * b)) ** (1.0 / 3.0)
+        alive = alive & (0.75 * a * top > c)
+        for _ in range(4):
+            x = np.maximum(x - (a * x - b * x**4 - c) / (a - 4.0 * b * x**3), top * (1.0 + 1e-6))
+        return half * 6.0 * tau**2 * (1.0 / (r * x) - (r * x) ** 2)
+
+    with np.errstate(all="ignore"):
+        for _ in range(most):
+            for tau, end in (*itertools.pairwise(taus[::-1]), *itertools.pairwise(taus)):
+                step, middle = abs(end - tau), 0.5 * (tau + end)
+                one = slope(r, tau)
+                two = slope(r + 0.5 * step * one, middle)
+                three = slope(r + 0.5 * step * two, middle)
+                r = r + step * (one + 2.0 * two + 2.0 * three + slope(r + step * three, end)) / 6.0
+            cycles += alive
+    return cycles
+
+
+def test_cycles_of_triangles_that_end_in_failure_are_those_of_steps_of_order_four():
+    """Most of them are counted in one range, next to the last one that is survived."""
+    random = np.random.default_rng(31)
+    m, share, cycles = random.uniform(2.5, 12.0, 30), random.uniform(0.3, 1.0, 30), random.uniform(10.0, 40.0, 30)
+    field, period = np.sqrt(m) * (0.76 + 0.1 * share), 1.0 / cycles
+    expected = cycles_of_triangles(m, field, period, 100)
+    assert np.sum((expected > 20) & (expected < 100)) > 15
+    for rtol in (1e-3, 1e-6, 1e-10):
+        status, result = sweep(TRIANGLE_TRAIN, m=m, field=field, period=period, repeats=ENDLESS, rtol=rtol)
+        failed = status == FAILED
+        assert np.all(failed[expected < 100])
+        np.testing.assert_array_equal(np.minimum(result[CYCLES_TO_FAILURE, failed], 100), expected[failed])
+
+
+def test_films_that_hardly_relax_survive_triangles_below_the_critical_field():
+    """The load that they carry hardly depends on r, and so says nothing of the last cycle that would be survived."""
+    random = np.random.default_rng(5)
+    m, period = 1.0 + 10.0 ** random.uniform(-5.0, -1.0, 200), 10.0 ** random.uniform(-3.0, 3.0, 200)
+    field = random.uniform(0.5, 0.95, 200)
+    status, _ = sweep(TRIANGLE_TRAIN, m=m, field=field, period=period, repeats=ENDLESS, rtol=1e-6)
+    assert np.all(status == SURVIVES)
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
