@@ -84,8 +84,8 @@ def fit(values, choice, series):
             above, own = own, above + 2.0 * (k + 1.0) * series[row - 1, k + 1]
             series[row, k] = own
         series[row, 0] *= 0.5
-    # As if every one of the last three were followed by such ones: one or two may be small by chance. Interpolation adds
-    # the coefficients left out to those in the series as well.
+    # As if each of the last three were followed by such ones, since one or two may be small by chance. Interpolation
+    # adds the coefficients left out to those in the series as well.
     last, other, third = abs(series[CHANGE, count - 1]), abs(series[CHANGE, count - 2]), abs(series[CHANGE, count - 3])
     return 2.0 * (last + DECAY * (other + DECAY * third)) * DECAY / (1.0 - DECAY)
 
