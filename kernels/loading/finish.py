@@ -57,6 +57,9 @@ ROWS = CHANGES + STAGES + 1
 ATTEMPTS = 200
 # The few steps of a finish are to be that much more accurate than those in time: their errors add to the time itself.
 TIGHTER = 20.0
+# Of the time in the piece, what the whole time counts at most. Measured: where steps are allowed errors of a thousandth
+# of the time in the piece, their estimates can be a fortieth of the error.
+LONG = 10.0
 # Of those errors, over the estimates, for the results to be within half of what is allowed.
 SAFE = 4.0
 # Of the stiffness, by which it may be corrected.
@@ -159,7 +162,7 @@ def make_finish(law: Law, waves: Waves, lanes: int) -> Callable[..., Any]:
             t, y = w[NEW_TIME, i], w[NEW_CHANGE, i]
             r = w[ORIGIN, i] + y
             # Of the whole time, and of the change of r since the start of the passage, as in march.py.
-            long = w[BEFORE, i] + t + 1e-300
+            long = min(w[BEFORE, i] + t, LONG * t) + 1e-300
             size = min(abs(r), abs(y) + abs(length * w[CHANGES, i])) + 1e-300
             _, a = time_errors(w, i, length / long)
             _, b = change_errors(w, i, length / size)

@@ -607,6 +607,20 @@ def test_failure_under_a_load_held_from_any_state(xi, sigma, field):
     assert status[0] == SURVIVES
 
 
+def test_failure_soon_after_a_long_slow_rise():
+    """The time that the film holds is a small part of the whole; against the kernel of ramps that are held."""
+    field = xr.DataArray([1.0008165427517637, 1.0018471891215375, 1.0006488472073922, 1.0023635406909148], dims="film")
+    up = xr.DataArray([4796.416243800624, 5556.855238650617, 13932.424770321097, 4404.863594798258], dims="film")
+    ratio = xr.DataArray([1.2532062005191908, 1.8122490258723287, 1.44085547057772, 1.8965006472423636], dims="film")
+    pieces = [dm.Linear("field", time="up"), dm.Hold(20.0), dm.Linear(0.3, rate=0.02)]
+    expected = dm.sweep(dm.RampHold(), field=field, rate=field / up, modulus_ratio=ratio, rtol=1e-11)
+    for rtol in (1e-4, 1e-6, 1e-8):
+        ds = dm.sweep(dm.Sequence(pieces, repeat=True), field=field, up=up, modulus_ratio=ratio, rtol=rtol)
+        assert np.all(ds.cycles_to_failure == 0)
+        np.testing.assert_allclose(ds.time_to_failure, expected.time_to_failure, rtol=rtol)
+        np.testing.assert_allclose(ds.critical_stretch, expected.critical_stretch, rtol=rtol)
+
+
 def test_limit_cycle_is_where_cycling_leads():
     """The stretches of the limit cycle, against fifty repetitions of a film that forgets in three."""
     given = {"m": 3.0, "field": [0.5, 0.9, 1.05], "on": 2.0, "off": 3.0}
