@@ -652,7 +652,8 @@ def make_sweep(law: Law, waves: Waves, lanes: int = LANES) -> Kernel:
                         elif abs(following - start) <= apart * start or abs(change) <= noise:
                             notes[LIMIT_LEAST, cell] = kept[LEAST, cell]
                             notes[LIMIT_MOST, cell] = kept[MOST, cell]
-                            away = (abs(change) + error) / abs(1.0 - ratio) + EPSILON * start
+                            # Of 1 - P', where it is small, neither the product of the growths nor the secant is exact.
+                            away = (abs(change) + error) / min(abs(1.0 - ratio), -slope) + EPSILON * start
                             by_start = max(kept[LEAST_SLOPE, cell], 0.5 / start) * away
                             notes[LIMIT_ERROR, cell] = kept[LEAST_ERROR, cell] + by_start
                             notes[PURPOSE, cell] = PROVING

@@ -310,8 +310,12 @@ def _make_judge(law: Law, waves: Waves, bent: bool) -> Callable[..., Any]:
             one, other = far / (3.0 * third), v0 / far
             at_least, at_most = (other if second > 0.0 else one), (one if second > 0.0 else other)
             margin = 1.0 + w[RESOLUTION, i]
-            low = hermite(x0, v0, x, v1, at_least) * margin < min(x0, x, w[LEAST, i])
-            high = hermite(x0, v0, x, v1, at_most) > margin * max(x0, x, w[MOST, i])
+            # The cubic is wrong by less than what an extreme differs from the ends of the step: one of many that hardly
+            # differ from another counts if it may be the largest.
+            under, over = min(x0, x), max(x0, x)
+            below, above = hermite(x0, v0, x, v1, at_least), hermite(x0, v0, x, v1, at_most)
+            low = (below * margin < under) & ((2.0 * below - under) * margin < w[LEAST, i])
+            high = (above > margin * over) & (2.0 * above - over > margin * w[MOST, i])
             low = low & (at_least > 0.0) & (at_least < 1.0)
             high = high & (at_most > 0.0) & (at_most < 1.0)
             extreme = good & (not missed) & (square > 0.0) & (low | high)
