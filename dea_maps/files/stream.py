@@ -238,10 +238,9 @@ def estimated_seconds(plan: Plan) -> tuple[float, float]:
 def _sample(plan: Plan) -> dict[str, NDArray[np.float64]]:
     """Return some cells of the grid; of a product grid, the product of some values."""
     parameters = plan.grid.parameters
-    shape = shape_of(plan.grid.program)
-    if plan.choice.shared and plan.strength is None and shape is not None:
-        strides = parameters[str(shape.field)].strides
-        most = [SAMPLE if stride else SAMPLE_SHARING for stride in strides]
+    if plan.choice.shared and plan.strength is None:
+        of_field = _dimension_of_field(plan.grid)
+        most = [SAMPLE if dim == of_field else SAMPLE_SHARING for dim in range(len(plan.grid.shape))]
         thin = tuple(slice(None, None, -(-size // few)) for size, few in zip(plan.grid.shape, most, strict=True))
         return {name: array[thin] for name, array in parameters.items()}
     number = SAMPLE if plan.strength is None else SAMPLE_LIMITED

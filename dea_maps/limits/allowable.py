@@ -35,7 +35,7 @@ _RANGES = {
 }
 _BISECTIONS = 200
 # By how much the tolerance of a film that is unresolved is larger the next time.
-LOOSER = 100.0
+_LOOSER = 100.0
 
 
 def allowable(
@@ -202,14 +202,14 @@ def _search(
         """
         own = {name: array[chosen] for name, array in cells.items()} | {parameter: values[chosen]}
         found = _fates(program, own, tight, strength)
-        accuracy, loose = np.full(values[chosen].size, tight), LOOSER * tight
+        accuracy, loose = np.full(values[chosen].size, tight), _LOOSER * tight
         lost = found["outcome"] == Outcome.UNRESOLVED
         while lost.any() and loose <= LARGEST_RTOL:
             again = _fates(program, {name: array[lost] for name, array in own.items()}, loose, strength)
             for name, array in again.items():
                 found[name][lost] = array
             accuracy[lost] = loose
-            lost, loose = found["outcome"] == Outcome.UNRESOLVED, LOOSER * loose
+            lost, loose = found["outcome"] == Outcome.UNRESOLVED, _LOOSER * loose
         return found, accuracy
 
     def lasts(values: Array, chosen: npt.NDArray[np.bool_]) -> npt.NDArray[np.int8]:

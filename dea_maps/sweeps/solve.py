@@ -47,6 +47,7 @@ COMPILE_SECONDS = {"quadrature": 5, "rk4": 7, "dopri5": 8, "dop853": 20, "radau5
 COMPILE_SECONDS_OF_TRAJECTORIES = 20
 COMPILE_SECONDS_OF_PRODUCTS = 12
 
+# Held by the thread that says what is compiled, and compiles it: another one finds the machine code.
 _PREPARING = threading.Lock()
 
 _OUTCOMES = np.full(16, Outcome.UNRESOLVED, np.int8)
@@ -171,8 +172,8 @@ def solve(
             return status.size
 
         _in_threads(compute, range(parts.count), on_cells, threads)
-        by_name = dict(zip(of_kernel, every, strict=True))
-        result = {name: by_name[name].astype(dtype, copy=False) for name in needed}
+        rows_found = zip(of_kernel, every, strict=True)
+        result = {name: row.astype(dtype, copy=False) for name, row in rows_found if name in needed}
     if is_last:
         result["largest_stretch"] = np.where(
             outcome == Outcome.SURVIVES, result["final_stretch"], result["critical_stretch"]
@@ -255,7 +256,7 @@ def _solve_product(
             for whole, own in zip(product.part, tile, strict=True)
         ]
         grid.evaluate(part, status, list(found))
-        outcomes[tile] = _OUTCOMES.take(status, mode="clip")  # which needs no copy to check
+        outcomes[tile] = _OUTCOMES.take(status)
         for row, values in wanted.items():
             values[tile] = found[row]
         return status.size
